@@ -1,0 +1,44 @@
+// Readers and writers for OBJ, PLY, OFF, STL and GLB behind one dispatcher.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/status.h"
+#include "core/mesh/triangle_mesh.h"
+
+namespace stance {
+
+enum class MeshFormat { kObj, kPly, kOff, kStl, kGlb };
+
+// The format that a file name's extension or a bare name ("obj", ".OBJ", "character.obj") means.
+// INVALID_ARGUMENT, listing the known ones, for any other.
+absl::StatusOr<MeshFormat> MeshFormatFromName(std::string_view name);
+
+// The format's lower-case name, which is also its extension: "obj".
+std::string_view MeshFormatName(MeshFormat format);
+
+// Reads a mesh from a file's bytes. The vertex order is the file's; polygons are triangulated as fans; the
+// parts of a file of several groups or glTF primitives become `groups`. STL, which repeats each corner, is
+// welded at equal coordinates in the order of first use. GLB node transforms are applied; skins, morphs and
+// materials are ignored; a GLB's mesh in several primitives is concatenated.
+//
+// INVALID_ARGUMENT, saying what is wrong and where, for bytes that are not a well-formed file of that format.
+// Never crashes or allocates more than a small multiple of bytes.size(), whatever the bytes. The content
+// itself (finite coordinates, indices in range) is for CheckMesh to judge, except that an index a reader
+// can't represent is refused here.
+absl::StatusOr<TriangleMesh> ParseMesh(std::string_view bytes, MeshFormat format);
+
+// The bytes of a file with that mesh. Vertex order, normals, texture coordinates and groups are written where
+// the format has them. Coordinates survive a write and a read to within one float32 ulp (text formats print
+// nine digits).
+absl::StatusOr<std::string> SerializeMesh(const TriangleMesh& mesh, MeshFormat format);
+
+// The same from and to a file, the format taken from the extension. NOT_FOUND, PERMISSION_DENIED or the
+// errors above, with the path in the text. WriteMesh replaces the file at once (write aside, then rename).
+absl::StatusOr<TriangleMesh> ReadMesh(const std::filesystem::path& path);
+absl::Status WriteMesh(const TriangleMesh& mesh, const std::filesystem::path& path);
+
+}  // namespace stance

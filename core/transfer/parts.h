@@ -1,0 +1,59 @@
+// The parts a pose-transfer method is composed of. Each is pure: const, thread-safe, no state between calls.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/status.h"
+#include "core/mesh/triangle_mesh.h"
+#include "core/skeleton/kinematics.h"
+#include "core/skeleton/skeleton.h"
+
+namespace stance {
+
+// A mesh's skeleton and how its vertices are bound to it.
+struct Rig {
+  Points joints;      // (J, 3), in the mesh's own frame and unit
+  RowMatrix weights;  // (V, J), rows non-negative and summing to 1; rigid (one-hot) before smoothing
+};
+
+// Mesh to joints and weights.
+class Rigger {
+ public:
+  virtual ~Rigger() = default;
+
+  // One rig per mesh, in order; the result for a mesh does not depend on its neighbours in the batch.
+  // REQUIRES: every mesh has passed CheckMesh.
+  virtual absl::StatusOr<std::vector<Rig>> RigMeshes(std::span<const TriangleMesh* const> meshes) const = 0;
+
+  virtual const Skeleton& skeleton() const = 0;
+};
+
+// Two rigged characters to the global rotation of each source joint that gives the source the reference's
+// pose (source -> target).
+class PoseSolver {
+ public:
+  virtual ~PoseSolver() = default;
+  virtual std::vector<Rotation> Solve(const Skeleton& skeleton, const TriangleMesh& source,
+                                      const Rig& source_rig, const TriangleMesh& reference,
+                                      const Rig& reference_rig) const = 0;
+};
+
+// Rough weights (V, J) to smooth ones: non-negative, rows sum to 1.
+class WeightSmoother {
+ public:
+  virtual ~WeightSmoother() = default;
+  virtual absl::StatusOr<RowMatrix> Smooth(const TriangleMesh& mesh, const RowMatrix& weights) const = 0;
+};
+
+// Rest vertices (V, 3), weights (V, J) and J transforms to deformed vertices (V, 3).
+class Deformer {
+ public:
+  virtual ~Deformer() = default;
+  virtual Points Deform(const Points& vertices, const RowMatrix& weights,
+                        std::span<const AffineTransform> transforms) const = 0;
+};
+
+}  // namespace stance
