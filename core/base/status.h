@@ -20,7 +20,7 @@
 // Evaluates `expr` (an absl::StatusOr<T>); assigns its value to `lhs`, or returns its error.
 #define STANCE_ASSIGN_OR_RETURN(lhs, expr) \
   STANCE_ASSIGN_OR_RETURN_IMPL(STANCE_STATUS_CONCAT(stance_or_, __LINE__), lhs, expr)
-#define STANCE_ASSIGN_OR_RETURN_IMPL(value, lhs, expr) \
-  auto value = (expr);                                 \
-  if (!value.ok()) return value.status();              \
-  lhs = std::move(value).value()
+#define STANCE_ASSIGN_OR_RETURN_IMPL(result, lhs, expr) \
+  auto result = (expr);                                 \
+  if (!result.ok()) return result.status();             \
+  lhs = std::move(result).value()

@@ -1,0 +1,19 @@
+// Farthest-point sampling.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/base/types.h"
+
+namespace stance {
+
+// Indices of up to `count` rows of `points`, each the farthest from those before it; the first is the
+// farthest from the centroid, so the choice does not depend on the rows' order. Stops early when every row
+// coincides with a chosen one. O(rows * count).
+std::vector<int32_t> FarthestPoints(const Points& points, int64_t count);
+
+// For each row of `queries`, the index of the nearest row of `points`. REQUIRES: points has rows.
+std::vector<int32_t> NearestRow(const Points& queries, const Points& points);
+
+}  // namespace stance

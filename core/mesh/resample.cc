@@ -1,0 +1,199 @@
+#include "core/mesh/resample.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+#include <utility>
+
+#include "core/mesh/farthest_point.h"
+#include "core/mesh/surface_graph.h"
+
+namespace stance {
+namespace {
+
+// A working copy whose first V rows are the mesh's own vertices.
+struct Refined {
+  Points positions;
+  Faces faces;
+};
+
+double SurfaceArea(const Points& positions, const Faces& faces) {
+  double area = 0;
+  for (int64_t f = 0; f < faces.rows(); ++f) {
+    const Eigen::Vector3d a = positions.row(faces(f, 0)).cast<double>();
+    const Eigen::Vector3d b = positions.row(faces(f, 1)).cast<double>();
+    const Eigen::Vector3d c = positions.row(faces(f, 2)).cast<double>();
+    area += 0.5 * (b - a).cross(c - a).norm();
+  }
+  return area;
+}
+
+// Splits every edge longer than `limit` at its middle, once; true if any was. A split edge is split in all
+// its faces, so cracks do not open, on manifold meshes and others.
+bool SplitLongEdges(Refined& mesh, float limit) {
+  std::unordered_map<uint64_t, int32_t> middle;
+  std::vector<Eigen::RowVector3f> added;
+  const auto split = [&](int32_t a, int32_t b) -> int32_t {
+    const Eigen::RowVector3f pa = mesh.positions.row(a), pb = mesh.positions.row(b);
+    if ((pa - pb).norm() <= limit) return -1;
+    const uint64_t key =
+        (static_cast<uint64_t>(std::min(a, b)) << 32) | static_cast<uint32_t>(std::max(a, b));
+    const auto [it, fresh] = middle.try_emplace(
+        key, static_cast<int32_t>(mesh.positions.rows() + static_cast<int64_t>(added.size())));
+    if (fresh) added.push_back(0.5f * (pa + pb));
+    return it->second;
+  };
+  std::vector<int32_t> out;
+  out.reserve(mesh.faces.size() * 2);
+  const auto emit = [&](int32_t a, int32_t b, int32_t c) { out.insert(out.end(), {a, b, c}); };
+  for (int64_t f = 0; f < mesh.faces.rows(); ++f) {
+    int32_t v[3] = {mesh.faces(f, 0), mesh.faces(f, 1), mesh.faces(f, 2)};
+    int32_t m[3] = {split(v[0], v[1]), split(v[1], v[2]), split(v[2], v[0])};  // m[i] halves edge i, i + 1
+    const int splits = (m[0] >= 0) + (m[1] >= 0) + (m[2] >= 0);
+    if (splits == 0) {
+      emit(v[0], v[1], v[2]);
+    } else if (splits == 3) {
+      emit(v[0], m[0], m[2]);
+      emit(v[1], m[1], m[0]);
+      emit(v[2], m[2], m[1]);
+      emit(m[0], m[1], m[2]);
+    } else if (splits == 1) {
+      int i = 0;
+      while (m[i] < 0) ++i;  // edge i is the split one
+      emit(v[i], m[i], v[(i + 2) % 3]);
+      emit(m[i], v[(i + 1) % 3], v[(i + 2) % 3]);
+    } else {
+      int i = 0;
+      while (m[i] >= 0) ++i;  // edge i is the whole one; corner i + 2 lies opposite
+      const int32_t a = v[i], b = v[(i + 1) % 3], c = v[(i + 2) % 3], bc = m[(i + 1) % 3],
+                    ca = m[(i + 2) % 3];
+      emit(c, ca, bc);
+      emit(a, b, bc);
+      emit(a, bc, ca);
+    }
+  }
+  if (added.empty()) return false;
+  const int64_t before = mesh.positions.rows();
+  mesh.positions.conservativeResize(before + static_cast<int64_t>(added.size()), 3);
+  for (size_t i = 0; i < added.size(); ++i) mesh.positions.row(before + static_cast<int64_t>(i)) = added[i];
+  mesh.faces = Eigen::Map<const Faces>(out.data(), static_cast<int64_t>(out.size() / 3), 3);
+  return true;
+}
+
+// Refines until the edges are shorter than about half the spacing of `samples` even samples. The number of
+// rounds is bounded: a needle a thousand times longer than the body isn't worth a million vertices.
+Refined Refine(const TriangleMesh& mesh, int64_t samples) {
+  Refined refined{mesh.positions, mesh.faces};
+  const double area = SurfaceArea(refined.positions, refined.faces);
+  if (!(area > 0)) return refined;
+  const auto limit = static_cast<float>(0.6 * std::sqrt(area / static_cast<double>(samples)));
+  constexpr int kRounds = 8;
+  const int64_t most = mesh.vertex_count() + 40 * samples;
+  for (int round = 0; round < kRounds && refined.positions.rows() < most; ++round) {
+    if (!SplitLongEdges(refined, limit)) break;
+  }
+  return refined;
+}
+
+// Rows that farthest-point sampling may choose from: the referenced vertices, on dense meshes thinned to one
+// (the nearest to its centre) per cell of a grid a quarter of the sample spacing wide.
+std::vector<int32_t> Candidates(const Refined& mesh, int64_t samples) {
+  const int64_t vertices = mesh.positions.rows();
+  std::vector<char> used(vertices, 0);
+  for (int64_t i = 0; i < mesh.faces.size(); ++i) used[mesh.faces.data()[i]] = 1;
+  std::vector<int32_t> rows;
+  for (int64_t v = 0; v < vertices; ++v) {
+    if (used[v]) rows.push_back(static_cast<int32_t>(v));
+  }
+  if (static_cast<int64_t>(rows.size()) <= 16 * samples) return rows;
+  const double width =
+      0.25 * std::sqrt(SurfaceArea(mesh.positions, mesh.faces) / static_cast<double>(samples));
+  if (!(width > 0)) return rows;
+  const Eigen::RowVector3f low = mesh.positions.colwise().minCoeff();
+  std::unordered_map<uint64_t, std::pair<float, int32_t>> best;
+  for (const int32_t v : rows) {
+    const Eigen::RowVector3d cell = (mesh.positions.row(v) - low).cast<double>() / width;
+    const Eigen::RowVector3d index = cell.array().floor().min(2097151.0);  // 21 bits an axis
+    const uint64_t key = (static_cast<uint64_t>(index[0]) << 42) | (static_cast<uint64_t>(index[1]) << 21) |
+                         static_cast<uint64_t>(index[2]);
+    const auto off = static_cast<float>((cell - index).array().operator-(0.5).matrix().squaredNorm());
+    const auto [it, fresh] = best.try_emplace(key, off, v);
+    if (!fresh && off < it->second.first) it->second = {off, v};
+  }
+  rows.clear();
+  for (const auto& [key, entry] : best) rows.push_back(entry.second);
+  std::sort(rows.begin(), rows.end());
+  return rows;
+}
+
+// The adjacency of the cells as a table of the nearest `max_ring`, padded with the row itself.
+NeighborTable CellRing(const SurfaceGraph& graph, const std::vector<int32_t>& cell, const Points& points,
+                       int max_ring) {
+  std::vector<std::pair<int32_t, int32_t>> edges;
+  for (int64_t v = 0; v < graph.vertex_count(); ++v) {
+    for (int32_t e = graph.start[v]; e < graph.start[v + 1]; ++e) {
+      const int32_t a = cell[v], b = cell[graph.column[e]];
+      if (a >= 0 && b >= 0 && a != b) edges.emplace_back(a, b);
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  NeighborTable ring(points.rows(), max_ring);
+  std::vector<std::pair<float, int32_t>> row;
+  size_t next = 0;
+  for (int64_t s = 0; s < points.rows(); ++s) {
+    row.clear();
+    for (; next < edges.size() && edges[next].first == s; ++next) {
+      row.emplace_back((points.row(s) - points.row(edges[next].second)).squaredNorm(), edges[next].second);
+    }
+    std::sort(row.begin(), row.end());
+    for (int i = 0; i < max_ring; ++i) {
+      ring(s, i) = i < static_cast<int>(row.size()) ? row[i].second : static_cast<int32_t>(s);
+    }
+  }
+  return ring;
+}
+
+Points RowsOf(const Points& points, const std::vector<int32_t>& rows) {
+  Points out(static_cast<int64_t>(rows.size()), 3);
+  for (size_t i = 0; i < rows.size(); ++i) out.row(static_cast<int64_t>(i)) = points.row(rows[i]);
+  return out;
+}
+
+}  // namespace
+
+SurfaceSamples ResampleSurface(const TriangleMesh& mesh, const ResampleOptions& options) {
+  const Refined refined = Refine(mesh, options.samples);
+  const std::vector<int32_t> candidates = Candidates(refined, options.samples);
+  std::vector<int32_t> seeds = FarthestPoints(RowsOf(refined.positions, candidates), options.samples);
+  for (int32_t& seed : seeds) seed = candidates[seed];
+
+  SurfaceSamples samples;
+  samples.points = RowsOf(refined.positions, seeds);
+  const SurfaceGraph graph = BuildSurfaceGraph(refined.positions, refined.faces);
+  std::vector<int32_t> cell = NearestSeed(graph, seeds);
+  samples.one_ring = CellRing(graph, cell, samples.points, options.max_ring);
+
+  samples.cell.assign(cell.begin(), cell.begin() + mesh.vertex_count());
+  std::vector<int32_t> lost;
+  for (int64_t v = 0; v < mesh.vertex_count(); ++v) {
+    if (samples.cell[v] < 0) lost.push_back(static_cast<int32_t>(v));
+  }
+  if (!lost.empty()) {
+    const std::vector<int32_t> nearest = NearestRow(RowsOf(mesh.positions, lost), samples.points);
+    for (size_t i = 0; i < lost.size(); ++i) samples.cell[lost[i]] = nearest[i];
+  }
+  return samples;
+}
+
+SurfaceSamples VertexSamples(const TriangleMesh& mesh, int max_ring) {
+  SurfaceSamples samples;
+  samples.points = mesh.positions;
+  samples.cell.resize(mesh.vertex_count());
+  for (int64_t v = 0; v < mesh.vertex_count(); ++v) samples.cell[v] = static_cast<int32_t>(v);
+  samples.one_ring =
+      CellRing(BuildSurfaceGraph(mesh.positions, mesh.faces), samples.cell, mesh.positions, max_ring);
+  return samples;
+}
+
+}  // namespace stance

@@ -1,0 +1,176 @@
+#include "core/network/gather.h"
+
+#include <ATen/Parallel.h>
+
+#include <algorithm>
+#include <cstdint>
+
+#include "core/base/check.h"
+#include "core/base/multiversion.h"
+
+namespace stance {
+namespace {
+
+using torch::autograd::AutogradContext;
+using torch::autograd::tensor_list;
+
+// All kernels: `a` (., C), `table` rows [begin, end) of K entries.
+
+STANCE_MULTIVERSION void MaxRows(const float* a, const int32_t* table, int64_t begin, int64_t end, int64_t k,
+                                 int64_t c, float* out) {
+  for (int64_t v = begin; v < end; ++v) {
+    float* o = out + v * c;
+    const int32_t* row = table + v * k;
+    std::copy(a + row[0] * c, a + row[0] * c + c, o);
+    for (int64_t j = 1; j < k; ++j) {
+      const float* s = a + row[j] * c;
+      for (int64_t i = 0; i < c; ++i) o[i] = s[i] > o[i] ? s[i] : o[i];
+    }
+  }
+}
+
+STANCE_MULTIVERSION void ArgMaxRows(const float* a, const int32_t* table, int64_t begin, int64_t end,
+                                    int64_t k, int64_t c, float* out, int32_t* arg) {
+  for (int64_t v = begin; v < end; ++v) {
+    float* o = out + v * c;
+    int32_t* g = arg + v * c;
+    const int32_t* row = table + v * k;
+    std::copy(a + row[0] * c, a + row[0] * c + c, o);
+    std::fill(g, g + c, row[0]);
+    for (int64_t j = 1; j < k; ++j) {
+      const int32_t u = row[j];
+      const float* s = a + u * c;
+      for (int64_t i = 0; i < c; ++i) {
+        const bool more = s[i] > o[i];
+        o[i] = more ? s[i] : o[i];
+        g[i] = more ? u : g[i];
+      }
+    }
+  }
+}
+
+STANCE_MULTIVERSION void SumRows(const float* a, const int32_t* table, int64_t begin, int64_t end, int64_t k,
+                                 int64_t c, float* out) {
+  for (int64_t v = begin; v < end; ++v) {
+    float* o = out + v * c;
+    const int32_t* row = table + v * k;
+    std::copy(a + row[0] * c, a + row[0] * c + c, o);
+    for (int64_t j = 1; j < k; ++j) {
+      const float* s = a + row[j] * c;
+      for (int64_t i = 0; i < c; ++i) o[i] += s[i];
+    }
+  }
+}
+
+// Scatters touch any row, so threads divide the channels instead: [first, last).
+void ScatterToArg(const float* grad, const int32_t* arg, int64_t m, int64_t c, int64_t first, int64_t last,
+                  float* out) {
+  for (int64_t v = 0; v < m; ++v) {
+    const float* g = grad + v * c;
+    const int32_t* row = arg + v * c;
+    for (int64_t i = first; i < last; ++i) out[row[i] * c + i] += g[i];
+  }
+}
+
+STANCE_MULTIVERSION void ScatterSum(const float* grad, const int32_t* table, int64_t m, int64_t k, int64_t c,
+                                    int64_t first, int64_t last, float* out) {
+  for (int64_t v = 0; v < m; ++v) {
+    const float* g = grad + v * c;
+    for (int64_t j = 0; j < k; ++j) {
+      float* o = out + table[v * k + j] * c;
+      for (int64_t i = first; i < last; ++i) o[i] += g[i];
+    }
+  }
+}
+
+constexpr int64_t kRowGrain = 256;
+constexpr int64_t kChannelGrain = 32;
+
+// Any device but the CPU: plain tensor operations, a block of rows at a time to bound the memory.
+torch::Tensor GatherOnDevice(const torch::Tensor& features, const torch::Tensor& table, bool maximum) {
+  const auto index = table.to(torch::kInt64);
+  const auto gathered =
+      features.index_select(0, index.reshape({-1})).reshape({index.size(0), index.size(1), -1});
+  return maximum ? std::get<0>(gathered.max(1)) : gathered.sum(1);
+}
+
+struct MaxFunction : torch::autograd::Function<MaxFunction> {
+  static torch::Tensor forward(AutogradContext* ctx, const torch::Tensor& features,
+                               const torch::Tensor& table) {
+    const auto a = features.contiguous();
+    const int64_t m = table.size(0), k = table.size(1), c = a.size(1);
+    auto out = torch::empty({m, c}, a.options());
+    auto arg = torch::empty({m, c}, table.options());
+    at::parallel_for(0, m, kRowGrain, [&](int64_t begin, int64_t end) {
+      ArgMaxRows(a.data_ptr<float>(), table.data_ptr<int32_t>(), begin, end, k, c, out.data_ptr<float>(),
+                 arg.data_ptr<int32_t>());
+    });
+    ctx->save_for_backward({arg});
+    ctx->saved_data["rows"] = a.size(0);
+    return out;
+  }
+  static tensor_list backward(AutogradContext* ctx, const tensor_list& grads) {
+    const auto arg = ctx->get_saved_variables()[0];
+    const auto g = grads[0].contiguous();
+    const int64_t m = g.size(0), c = g.size(1);
+    auto out = torch::zeros({ctx->saved_data["rows"].toInt(), c}, g.options());
+    at::parallel_for(0, c, kChannelGrain, [&](int64_t first, int64_t last) {
+      ScatterToArg(g.data_ptr<float>(), arg.data_ptr<int32_t>(), m, c, first, last, out.data_ptr<float>());
+    });
+    return {out, torch::Tensor()};
+  }
+};
+
+struct SumFunction : torch::autograd::Function<SumFunction> {
+  static torch::Tensor forward(AutogradContext* ctx, const torch::Tensor& features,
+                               const torch::Tensor& table) {
+    const auto a = features.contiguous();
+    const int64_t m = table.size(0), k = table.size(1), c = a.size(1);
+    auto out = torch::empty({m, c}, a.options());
+    at::parallel_for(0, m, kRowGrain, [&](int64_t begin, int64_t end) {
+      SumRows(a.data_ptr<float>(), table.data_ptr<int32_t>(), begin, end, k, c, out.data_ptr<float>());
+    });
+    ctx->save_for_backward({table});
+    ctx->saved_data["rows"] = a.size(0);
+    return out;
+  }
+  static tensor_list backward(AutogradContext* ctx, const tensor_list& grads) {
+    const auto table = ctx->get_saved_variables()[0];
+    const auto g = grads[0].contiguous();
+    const int64_t m = g.size(0), c = g.size(1), k = table.size(1);
+    auto out = torch::zeros({ctx->saved_data["rows"].toInt(), c}, g.options());
+    at::parallel_for(0, c, kChannelGrain, [&](int64_t first, int64_t last) {
+      ScatterSum(g.data_ptr<float>(), table.data_ptr<int32_t>(), m, k, c, first, last, out.data_ptr<float>());
+    });
+    return {out, torch::Tensor()};
+  }
+};
+
+torch::Tensor CheckedTable(const torch::Tensor& features, const torch::Tensor& table) {
+  STANCE_CHECK(features.dim() == 2 && table.dim() == 2 && table.size(1) >= 1);
+  STANCE_CHECK(features.scalar_type() == torch::kFloat32 && table.scalar_type() == torch::kInt32);
+  return table.contiguous();
+}
+
+}  // namespace
+
+torch::Tensor GatherMax(const torch::Tensor& features, const torch::Tensor& table) {
+  const auto rows = CheckedTable(features, table);
+  if (!features.device().is_cpu()) return GatherOnDevice(features, rows, /*maximum=*/true);
+  if (torch::GradMode::is_enabled() && features.requires_grad()) return MaxFunction::apply(features, rows);
+  const auto a = features.contiguous();
+  auto out = torch::empty({rows.size(0), a.size(1)}, a.options());
+  at::parallel_for(0, rows.size(0), kRowGrain, [&](int64_t begin, int64_t end) {
+    MaxRows(a.data_ptr<float>(), rows.data_ptr<int32_t>(), begin, end, rows.size(1), a.size(1),
+            out.data_ptr<float>());
+  });
+  return out;
+}
+
+torch::Tensor GatherSum(const torch::Tensor& features, const torch::Tensor& table) {
+  const auto rows = CheckedTable(features, table);
+  if (!features.device().is_cpu()) return GatherOnDevice(features, rows, /*maximum=*/false);
+  return SumFunction::apply(features, rows);
+}
+
+}  // namespace stance

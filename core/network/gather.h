@@ -1,0 +1,16 @@
+// Maxima and sums over neighbourhoods: the two operations that the decomposed edge convolution needs beside
+// matrix products. Includes Torch.
+#pragma once
+
+#include <torch/torch.h>
+
+namespace stance {
+
+// out[v, c] = max over u in table[v] of features[u, c]; features (N, C), table (M, K) int32 -> (M, C).
+// Differentiable: the gradient goes to the (first) maximal neighbour.
+torch::Tensor GatherMax(const torch::Tensor& features, const torch::Tensor& table);
+
+// out[v, c] = sum over u in table[v] of features[u, c]. Differentiable.
+torch::Tensor GatherSum(const torch::Tensor& features, const torch::Tensor& table);
+
+}  // namespace stance

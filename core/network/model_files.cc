@@ -1,0 +1,84 @@
+#include "core/network/model_files.h"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/base/files.h"
+
+namespace stance {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kFormatVersion = 1;
+constexpr char kManifestName[] = "manifest.json";
+
+std::string Crc32(std::string_view bytes) {
+  const auto value = crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
+  return fmt::format("{:08x}", static_cast<uint32_t>(value));
+}
+
+}  // namespace
+
+absl::StatusOr<ModelManifest> ReadManifest(const std::filesystem::path& dir) {
+  const auto path = dir / kManifestName;
+  STANCE_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
+  const json manifest = json::parse(text, nullptr, /*allow_exceptions=*/false);
+  const auto bad = [&](const std::string& why) {
+    return absl::InvalidArgumentError(fmt::format("{}: {}", path.string(), why));
+  };
+  if (!manifest.is_object()) return bad("not a JSON object");
+  ModelManifest result;
+  try {
+    if (manifest.at("format_version").get<int>() != kFormatVersion) return bad("format_version is not 1");
+    if (manifest.at("skeleton").get<std::string>() != "human24") return bad("skeleton is not 'human24'");
+    result.name = manifest.at("name").get<std::string>();
+    result.version = manifest.at("version").get<std::string>();
+    result.method = manifest.at("method").get<std::string>();
+    result.samples = manifest.at("samples").get<int64_t>();
+    result.max_ring = manifest.at("max_ring").get<int>();
+    result.weights = manifest.at("weights").get<std::string>();
+    result.crc32 = manifest.at("crc32").get<std::string>();
+  } catch (const json::exception& error) {
+    return bad(error.what());
+  }
+  if (result.method != "skeletal") return bad(fmt::format("method '{}' is unknown", result.method));
+  if (result.samples < 64 || result.samples > 100'000)
+    return bad(fmt::format("samples = {}", result.samples));
+  if (result.max_ring < 1 || result.max_ring > 64) return bad(fmt::format("max_ring = {}", result.max_ring));
+  if (std::filesystem::path(result.weights).filename() != result.weights)
+    return bad("weights is not a file name");
+  return result;
+}
+
+absl::StatusOr<TensorMap> ReadWeights(const std::filesystem::path& dir, const ModelManifest& manifest) {
+  const auto path = dir / manifest.weights;
+  STANCE_ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
+  if (const std::string crc = Crc32(bytes); crc != manifest.crc32) {
+    return absl::DataLossError(
+        fmt::format("{}: crc32 is {}, the manifest says {}", path.string(), crc, manifest.crc32));
+  }
+  auto tensors = ParseTensors(bytes);
+  if (!tensors.ok()) {
+    return absl::DataLossError(fmt::format("{}: {}", path.string(), std::string(tensors.status().message())));
+  }
+  return tensors;
+}
+
+absl::Status WriteModel(const std::filesystem::path& dir, ModelManifest manifest, const TensorMap& tensors) {
+  std::error_code error;
+  std::filesystem::create_directories(dir, error);
+  if (error) return absl::PermissionDeniedError(fmt::format("{}: {}", dir.string(), error.message()));
+  const std::string bytes = SerializeTensors(tensors);
+  manifest.crc32 = Crc32(bytes);
+  STANCE_RETURN_IF_ERROR(WriteFile(dir / manifest.weights, bytes));
+  const json text = {
+      {"format_version", kFormatVersion}, {"name", manifest.name},       {"version", manifest.version},
+      {"method", manifest.method},        {"skeleton", "human24"},       {"samples", manifest.samples},
+      {"max_ring", manifest.max_ring},    {"weights", manifest.weights}, {"crc32", manifest.crc32}};
+  return WriteFile(dir / kManifestName, text.dump(2) + "\n");
+}
+
+}  // namespace stance

@@ -1,0 +1,155 @@
+#include "core/network/skeletal_networks.h"
+
+#include "core/network/knn.h"
+
+namespace stance {
+namespace {
+
+constexpr int64_t kWidths[] = {3, 64, 128, 256};
+
+// The joints' one-ring (parent and children), padded with the joint itself, for `meshes` stacked skeletons.
+torch::Tensor JointRing(int64_t meshes, torch::Device device) {
+  const Skeleton& skeleton = HumanSkeleton();
+  std::vector<std::vector<int>> ring(kHumanJoints);
+  size_t width = 0;
+  for (int j = 0; j < kHumanJoints; ++j) {
+    ring[j] = skeleton.children(j);
+    if (j > 0) ring[j].push_back(skeleton.parents()[j]);
+    width = std::max(width, ring[j].size());
+  }
+  auto table = torch::empty({kHumanJoints, static_cast<int64_t>(width)}, torch::kInt32);
+  auto access = table.accessor<int32_t, 2>();
+  for (int j = 0; j < kHumanJoints; ++j) {
+    for (size_t i = 0; i < width; ++i) access[j][i] = i < ring[j].size() ? ring[j][i] : j;
+  }
+  const auto base = torch::arange(meshes, torch::kInt32).mul_(kHumanJoints).reshape({meshes, 1, 1});
+  return (table.unsqueeze(0) + base).reshape({meshes * kHumanJoints, -1}).to(device);
+}
+
+}  // namespace
+
+void AddSpatialNeighbors(PointBatch& batch) { batch.knn = KNearest(batch.points, batch.offsets); }
+
+torch::Tensor MeshOfRow(const std::vector<int64_t>& offsets, torch::Device device) {
+  auto rows = torch::empty({offsets.back()}, torch::kInt64);
+  for (size_t mesh = 0; mesh + 1 < offsets.size(); ++mesh) {
+    rows.slice(0, offsets[mesh], offsets[mesh + 1]).fill_(static_cast<int64_t>(mesh));
+  }
+  return rows.to(device);
+}
+
+GkStackImpl::GkStackImpl(bool batch_norm) {
+  for (int i = 0; i < 3; ++i) layers->push_back(GkEdgeConv(kWidths[i], kWidths[i + 1], batch_norm));
+  register_module("layers", layers);
+}
+
+torch::Tensor GkStackImpl::forward(const PointBatch& batch) {
+  std::vector<torch::Tensor> features = {batch.points};
+  for (size_t i = 0; i < layers->size(); ++i) {
+    // The first layer's features are the positions: its neighbours are shared by both networks.
+    const auto knn = i == 0 && batch.knn.defined() ? batch.knn : KNearest(features.back(), batch.offsets);
+    features.push_back(layers->at<GkEdgeConvImpl>(i).forward(features.back(), knn, batch.one_ring));
+  }
+  return torch::cat(features, 1);
+}
+
+torch::Tensor GkStackImpl::ForwardPlain(const PointBatch& batch) {
+  std::vector<torch::Tensor> features = {batch.points};
+  for (size_t i = 0; i < layers->size(); ++i) {
+    const auto knn = KNearest(features.back(), batch.offsets);
+    features.push_back(layers->at<GkEdgeConvImpl>(i).ForwardPlain(features.back(), knn, batch.one_ring));
+  }
+  return torch::cat(features, 1);
+}
+
+WeightNetworkImpl::WeightNetworkImpl() {
+  stack = register_module("stack", GkStack(/*batch_norm=*/true));
+  global = register_module("global", LinearNorm(GkStackImpl::kChannels, 512, true));
+  head1 = register_module("head1", LinearNorm(GkStackImpl::kChannels + 1024, 1024, true));
+  head2 = register_module("head2", LinearNorm(1024, 256, true));
+  head3 = register_module("head3", LinearNorm(256, 64, true));
+  out = register_module("out", torch::nn::Linear(64, kHumanJoints));
+}
+
+torch::Tensor WeightNetworkImpl::Head(const PointBatch& batch, const torch::Tensor& features,
+                                      const torch::Tensor* rows) {
+  const auto shared = global(features);
+  std::vector<torch::Tensor> pooled;
+  for (int64_t mesh = 0; mesh < batch.mesh_count(); ++mesh) {
+    const auto part = shared.slice(0, batch.offsets[mesh], batch.offsets[mesh + 1]);
+    pooled.push_back(torch::cat({std::get<0>(part.max(0)), part.mean(0)}));
+  }
+  auto mesh_of_row = MeshOfRow(batch.offsets, features.device());
+  auto x = features;
+  if (rows != nullptr) {
+    x = x.index_select(0, *rows);
+    mesh_of_row = mesh_of_row.index_select(0, *rows);
+  }
+  x = head1->ForwardSplit(x, torch::stack(pooled), mesh_of_row);
+  return out(head3(head2(x)));
+}
+
+torch::Tensor WeightNetworkImpl::forward(const PointBatch& batch) {
+  return Head(batch, stack(batch), nullptr);
+}
+
+torch::Tensor WeightNetworkImpl::ForwardRows(const PointBatch& batch, const torch::Tensor& rows) {
+  return Head(batch, stack(batch), &rows);
+}
+
+torch::Tensor WeightNetworkImpl::ForwardPlain(const PointBatch& batch) {
+  return Head(batch, stack->ForwardPlain(batch), nullptr);
+}
+
+torch::Tensor SkinningPool(const torch::Tensor& features, const torch::Tensor& weights,
+                           const std::vector<int64_t>& offsets) {
+  std::vector<torch::Tensor> pooled;
+  for (size_t mesh = 0; mesh + 1 < offsets.size(); ++mesh) {
+    const auto w = weights.slice(0, offsets[mesh], offsets[mesh + 1]);
+    const auto sum = torch::mm(w.t(), features.slice(0, offsets[mesh], offsets[mesh + 1]));
+    pooled.push_back(sum / w.sum(0).clamp_min(1e-6).unsqueeze(1));
+  }
+  return torch::stack(pooled);
+}
+
+JointNetworkImpl::JointNetworkImpl() {
+  stack = register_module("stack", GkStack(/*batch_norm=*/false));
+  const int64_t widths[] = {GkStackImpl::kChannels, 256, 128, 64};
+  for (int i = 0; i < 3; ++i) joint_layers->push_back(EdgeConv(widths[i], widths[i + 1], false));
+  register_module("joint_layers", joint_layers);
+  mlp1 = register_module("mlp1", LinearNorm(256 + 128 + 64, 512, false));
+  mlp2 = register_module("mlp2", LinearNorm(512, 256, false));
+  out = register_module("out", torch::nn::Linear(256, 3));
+}
+
+torch::Tensor JointNetworkImpl::Joints(const torch::Tensor& pooled) {
+  const int64_t meshes = pooled.size(0);
+  const auto ring = JointRing(meshes, pooled.device());
+  auto x = pooled.reshape({meshes * kHumanJoints, -1});
+  std::vector<torch::Tensor> features;
+  for (size_t i = 0; i < joint_layers->size(); ++i) {
+    x = joint_layers->at<EdgeConvImpl>(i).forward(x, ring);
+    features.push_back(x);
+  }
+  return out(mlp2(mlp1(torch::cat(features, 1)))).reshape({meshes, kHumanJoints, 3});
+}
+
+torch::Tensor JointNetworkImpl::forward(const PointBatch& batch, const torch::Tensor& weights) {
+  return Joints(SkinningPool(stack(batch), weights, batch.offsets));
+}
+
+torch::Tensor JointNetworkImpl::ForwardPlain(const PointBatch& batch, const torch::Tensor& weights) {
+  return Joints(SkinningPool(stack->ForwardPlain(batch), weights, batch.offsets));
+}
+
+torch::Tensor RigidWeights(const torch::Tensor& logits) {
+  return torch::zeros_like(logits).scatter_(1, logits.argmax(1, /*keepdim=*/true), 1);
+}
+
+int64_t ParameterCount(const torch::nn::Module& module) {
+  int64_t count = 0;
+  for (const auto& parameter : module.parameters()) count += parameter.numel();
+  return count;
+}
+
+}  // namespace stance

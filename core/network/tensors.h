@@ -1,0 +1,34 @@
+// The tensors' layout: how ragged batches of meshes lie in memory. Only core/network and core/training
+// include this (it brings Torch in).
+#pragma once
+
+#include <torch/torch.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/network/network_input.h"
+
+namespace stance {
+
+// B meshes of any sizes, their points stacked. Row r belongs to mesh b when offsets[b] <= r < offsets[b+1].
+struct PointBatch {
+  torch::Tensor points;          // (N, 3) float32, normalised: see Normalization in network_input.h
+  torch::Tensor one_ring;        // (N, R) int32, rows of `points`; padded with the row itself
+  torch::Tensor knn;             // (N, K) int32, nearest neighbours in space, the row itself included
+  std::vector<int64_t> offsets;  // B + 1
+
+  int64_t mesh_count() const { return static_cast<int64_t>(offsets.size()) - 1; }
+};
+
+// Normalises each input (NormalizationOf) and stacks them; `knn` is left for AddSpatialNeighbors.
+PointBatch StackInputs(std::span<const NetworkInput* const> inputs);
+
+// Fills `knn` of a batch that has its points.
+void AddSpatialNeighbors(PointBatch& batch);
+
+// The mesh that each row belongs to: (N) int64 on `device`.
+torch::Tensor MeshOfRow(const std::vector<int64_t>& offsets, torch::Device device);
+
+}  // namespace stance
