@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/mesh/farthest_point.h"
+#include "core/mesh/measure.h"
 #include "core/mesh/surface_graph.h"
 
 namespace stance {
@@ -16,17 +17,6 @@ struct Refined {
   Points positions;
   Faces faces;
 };
-
-double SurfaceArea(const Points& positions, const Faces& faces) {
-  double area = 0;
-  for (int64_t f = 0; f < faces.rows(); ++f) {
-    const Eigen::Vector3d a = positions.row(faces(f, 0)).cast<double>();
-    const Eigen::Vector3d b = positions.row(faces(f, 1)).cast<double>();
-    const Eigen::Vector3d c = positions.row(faces(f, 2)).cast<double>();
-    area += 0.5 * (b - a).cross(c - a).norm();
-  }
-  return area;
-}
 
 // Splits every edge longer than `limit` at its middle, once; true if any was. A split edge is split in all
 // its faces, so cracks do not open, on manifold meshes and others.

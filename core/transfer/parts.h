@@ -19,14 +19,26 @@ struct Rig {
   RowMatrix weights;  // (V, J), rows non-negative and summing to 1; rigid (one-hot) before smoothing
 };
 
+// Seconds spent in each phase of one request (its share, where a phase ran for a whole batch).
+struct PhaseSeconds {
+  double check = 0;
+  double resample = 0;
+  double network = 0;
+  double pose = 0;
+  double weights = 0;
+  double deform = 0;
+  double total = 0;
+};
+
 // Mesh to joints and weights.
 class Rigger {
  public:
   virtual ~Rigger() = default;
 
   // One rig per mesh, in order; the result for a mesh does not depend on its neighbours in the batch.
-  // REQUIRES: every mesh has passed CheckMesh.
-  virtual absl::StatusOr<std::vector<Rig>> RigMeshes(std::span<const TriangleMesh* const> meshes) const = 0;
+  // Adds what the whole batch took to `seconds`. REQUIRES: every mesh has passed CheckMesh.
+  virtual absl::StatusOr<std::vector<Rig>> RigMeshes(std::span<const TriangleMesh* const> meshes,
+                                                     PhaseSeconds& seconds) const = 0;
 
   virtual const Skeleton& skeleton() const = 0;
 };

@@ -36,6 +36,12 @@ struct SmoothingOptions {
   double lambda = 20.0;
 };
 
+// How a bone's rotation about its own axis is chosen.
+enum class Twist {
+  kPaper,      // the smallest rotation between the bones' directions (paper A): the parent's twist is lost
+  kInherited,  // the parent's rotation first, then the smallest one that makes the bone point right
+};
+
 // Which axis of an input points up; the computation and the answer's frame are explained in
 // docs/conventions.md. The target keeps the source's own axes.
 enum class UpAxis { kY, kZ, kX };
@@ -43,22 +49,14 @@ enum class UpAxis { kY, kZ, kX };
 struct TransferOptions {
   Method method = Method::kSkeletal;
   SmoothingOptions smoothing;
+  Twist twist = Twist::kPaper;
   UpAxis source_up = UpAxis::kY;
   UpAxis reference_up = UpAxis::kY;
   // Most non-zero weights per vertex in the answer and the deformation; 0 keeps all.
   int max_influences = 4;
+  // Also smooth the reference's weights, which the transfer itself doesn't need.
+  bool reference_weights = false;
   MeshLimits limits;
-};
-
-// Seconds spent in each phase of one request (its share, where a phase ran for a whole batch).
-struct PhaseSeconds {
-  double check = 0;
-  double resample = 0;
-  double network = 0;
-  double pose = 0;
-  double weights = 0;
-  double deform = 0;
-  double total = 0;
 };
 
 // One mesh with its skeleton and smooth weights. Joints are in the mesh's own frame and unit.
@@ -71,7 +69,7 @@ struct RigResult {
 struct TransferResult {
   TriangleMesh target;  // the source's faces, texture coordinates and groups; new positions (and normals)
   Rig source_rig;       // smooth weights
-  Rig reference_rig;    // smooth weights
+  Rig reference_rig;    // smooth weights; no rows unless options.reference_weights
   Points target_joints;
   std::vector<AffineTransform> transforms;  // (J) source -> target, in the source's frame and unit
   std::vector<std::string> warnings;        // "source: 3 degenerate faces (first: face 17)"
@@ -92,6 +90,9 @@ struct RigJob {
 struct PipelineOptions {
   // Threads one call may use. workers x threads should not exceed CpuQuota().
   int threads = 1;
+  // Let the networks see every vertex in place of the model's number of samples (paper A's own way). Slower,
+  // and worse on meshes whose vertices aren't as dense as the samples that the model was trained on.
+  bool full_resolution = false;
 };
 
 struct ModelInfo {

@@ -1,0 +1,31 @@
+// Resumable training state. Includes Torch.
+#pragma once
+
+#include <torch/torch.h>
+
+#include <filesystem>
+
+#include "core/base/status.h"
+
+namespace stance {
+
+struct TrainingProgress {
+  int64_t seen = 0;  // characters
+  int64_t samples_per_mesh = 0;
+  int64_t max_ring = 0;
+  double seconds = 0;  // spent so far
+};
+
+// Modules and optimiser in one file, written aside and renamed. The modules are those of the stage, by name.
+absl::Status SaveCheckpoint(
+    const std::filesystem::path& path,
+    const std::vector<std::pair<std::string, std::shared_ptr<torch::nn::Module>>>& modules,
+    torch::optim::Optimizer* optimizer, const TrainingProgress& progress);
+
+// NOT_FOUND where there is none; DATA_LOSS with the path for a damaged one. `optimizer` may be null.
+absl::StatusOr<TrainingProgress> LoadCheckpoint(
+    const std::filesystem::path& path,
+    const std::vector<std::pair<std::string, std::shared_ptr<torch::nn::Module>>>& modules,
+    torch::optim::Optimizer* optimizer);
+
+}  // namespace stance

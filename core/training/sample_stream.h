@@ -1,0 +1,49 @@
+// Training samples made ahead of time on threads of their own. Includes Torch.
+#pragma once
+
+#include <torch/torch.h>
+
+#include <cstdint>
+#include <memory>
+
+#include "core/network/tensors.h"
+#include "core/training/character_generator.h"
+
+namespace stance {
+
+// B characters as the networks see them, with what the losses compare to.
+struct TrainingBatch {
+  PointBatch input;
+  torch::Tensor joint_of;  // (N) int64, the joint of the largest true weight
+  torch::Tensor joints;    // (B, 24, 3) normalised as the points are
+
+  TrainingBatch To(torch::Device device) const;
+};
+
+struct SampleOptions {
+  uint64_t seed = 1;
+  int64_t samples = 1024;  // points per character
+  int max_ring = 12;
+  Split split = Split::kTrain;
+  PoseMix poses = PoseMix::kTraining;
+  bool augment = true;  // noise, per-limb scale, random resolution
+};
+
+// The batch of characters first .. first + size - 1 of the stream: the same arguments give the same batch.
+TrainingBatch MakeTrainingBatch(const CharacterGenerator& generator, const SampleOptions& options,
+                                int64_t first, int64_t size);
+
+// Batches from `first` on, in order, made ahead by `threads` threads. Not thread-safe itself.
+class SampleStream {
+ public:
+  SampleStream(const CharacterGenerator& generator, const SampleOptions& options, int64_t first,
+               int64_t batch_size, int threads);
+  ~SampleStream();
+  TrainingBatch Next();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace stance

@@ -1,0 +1,91 @@
+// stance-train: builds data packs, trains, and exports models.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "core/network/skeletal_model.h"
+#include "core/training/character_generator.h"
+#include "core/training/trainer.h"
+
+namespace {
+
+using stance::CharacterGenerator;
+
+int Finish(const absl::Status& status) {
+  if (status.ok()) return 0;
+  fmt::print(stderr, "stance-train: {}\n", std::string(status.message()));
+  return 1;
+}
+
+void Report(const std::string& line) {
+  fmt::print("{}\n", line);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Trains Stance's networks on MakeHuman's CC0 body and CMU motion capture.");
+  app.require_subcommand(1);
+
+  std::string mpfb, bvh, out;
+  auto* pack = app.add_subcommand("pack", "Write the generator's data as one file");
+  pack->add_option("--mpfb", mpfb, "Folder with MPFB's 3dobjs, targets and rigs")->required();
+  pack->add_option("--bvh", bvh, "Folder with BVH clips")->required();
+  pack->add_option("-o,--out", out, "The pack to write")->required();
+
+  uint64_t seed = 1;
+  stance::ModelManifest manifest;
+  manifest.name = "untrained";
+  manifest.version = "0";
+  auto* init = app.add_subcommand("init", "Write an untrained model, for tests");
+  init->add_option("-o,--out", out, "The model directory to write")->required();
+  init->add_option("--seed", seed, "Seed of the random weights")->capture_default_str();
+  init->add_option("--samples", manifest.samples, "Surface samples per mesh")->capture_default_str();
+
+  stance::TrainingOptions options;
+  std::string stage = "weights", data;
+  auto* run = app.add_subcommand("run", "Run one training stage, or continue it");
+  run->add_option("--data", data, "Pack written by 'stance-train pack'")->required();
+  run->add_option("--stage", stage, "weights (f_C), joints (f_J with true weights) or both")
+      ->capture_default_str();
+  run->add_option("--work", options.work_dir, "Folder for checkpoints, log and plot")->required();
+  run->add_option("--seed", options.seed, "Seed of weights and samples")->capture_default_str();
+  run->add_option("--points", options.samples_per_mesh, "Surface samples per mesh")->capture_default_str();
+  run->add_option("--batch", options.batch_size, "Characters per step")->capture_default_str();
+  run->add_option("--samples", options.total_samples, "Characters seen in all")->capture_default_str();
+  run->add_option("--lr", options.learning_rate, "Adam's learning rate at the start")->capture_default_str();
+  run->add_option("--final-lr", options.final_rate, "Fraction of it at the end of the cosine")
+      ->capture_default_str();
+  run->add_option("--loss-points", options.loss_points, "Points per mesh in f_C's loss")
+      ->capture_default_str();
+  run->add_option("--threads", options.threads, "Threads of the networks")->capture_default_str();
+  run->add_option("--generator-threads", options.generator_threads, "Threads that make samples")
+      ->capture_default_str();
+  run->add_option("--device", options.device, "cpu or cuda")->capture_default_str();
+  run->add_option("--max-hours", options.max_hours, "Stop, resumable, after this many hours");
+
+  std::string work, name = "skeletal-human24", version = "1";
+  auto* save = app.add_subcommand("export", "Write the newest checkpoints as a model");
+  save->add_option("--work", work, "Folder of the training run")->required();
+  save->add_option("-o,--out", out, "The model directory to write")->required();
+  save->add_option("--name", name, "The model's name")->capture_default_str();
+  save->add_option("--model-version", version, "The model's version")->capture_default_str();
+
+  CLI11_PARSE(app, argc, argv);
+
+  if (*pack) {
+    auto generator = CharacterGenerator::FromData(mpfb, bvh);
+    return Finish(generator.ok() ? (*generator)->WritePack(out) : generator.status());
+  }
+  if (*init) return Finish(stance::SkeletalModel::WriteUntrained(out, seed, manifest));
+  if (*save) return Finish(stance::ExportModel(work, out, name, version));
+  auto parsed = stance::TrainingStageFromName(stage);
+  if (!parsed.ok()) return Finish(parsed.status());
+  options.stage = *parsed;
+  auto generator = CharacterGenerator::FromPack(data);
+  if (!generator.ok()) return Finish(generator.status());
+  return Finish(stance::Train(**generator, options, Report));
+}

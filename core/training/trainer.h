@@ -1,0 +1,49 @@
+// Trains paper A's networks in its three stages (section 3.1.4): f_C, f_J with true weights, then both.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "core/base/status.h"
+#include "core/training/character_generator.h"
+
+namespace stance {
+
+enum class TrainingStage { kWeights, kJoints, kBoth };
+
+absl::StatusOr<TrainingStage> TrainingStageFromName(const std::string& name);  // "weights", "joints", "both"
+std::string TrainingStageName(TrainingStage stage);
+
+struct TrainingOptions {
+  TrainingStage stage = TrainingStage::kWeights;
+  // Where checkpoints, the CSV log and the loss plot go; a stage continues from its own checkpoint there, and
+  // "both" starts from the other two's.
+  std::filesystem::path work_dir;
+  uint64_t seed = 1;
+  int64_t samples_per_mesh = 1024;
+  int max_ring = 12;
+  int64_t batch_size = 8;          // paper A: 8, and 4 for "both"
+  int64_t total_samples = 50'000;  // characters seen by the end of the cosine
+  double learning_rate = 1e-3;     // paper A: 1e-4 over 500,000 samples; 1e-3 reaches as far in fewer
+  double final_rate = 0.02;        // fraction of learning_rate at the end of the cosine
+  // Points per mesh on which f_C's head and loss are evaluated: neighbours say nearly the same.
+  int64_t loss_points = 256;
+  int threads = 1;             // for the networks
+  int generator_threads = 1;   // for the samples
+  std::string device = "cpu";  // or "cuda"
+  double checkpoint_minutes = 3;
+  double max_hours = 1e9;  // stops after a checkpoint, resumable, when this much has passed
+};
+
+// Runs the stage to its end (or max_hours). `report` receives the progress lines. FAILED_PRECONDITION when
+// "both" finds no checkpoints of the other stages; INTERNAL if Torch fails, with its words.
+absl::Status Train(const CharacterGenerator& generator, const TrainingOptions& options,
+                   const std::function<void(const std::string&)>& report);
+
+// Writes the networks of the newest checkpoints (stage "both", else the other two) as a model directory.
+absl::Status ExportModel(const std::filesystem::path& work_dir, const std::filesystem::path& model_dir,
+                         const std::string& name, const std::string& version);
+
+}  // namespace stance
