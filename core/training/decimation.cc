@@ -1,15 +1,34 @@
 #include "core/training/decimation.h"
 
+#include <Eigen/Geometry>
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
 #include <OpenMesh/Tools/Decimater/ModEdgeLengthT.hh>
 #include <OpenMesh/Tools/Decimater/ModNormalFlippingT.hh>
+#include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
+#include <cmath>
 #include <numeric>
 
 namespace stance {
 namespace {
 
 using Mesh = OpenMesh::TriMesh_ArrayKernelT<>;
+
+// Longest edge that may collapse, in edges of an even triangulation with the level's number of vertices: the
+// quadric error alone would leave flat limbs with slivers and spend every vertex on the face.
+constexpr double kLongestCollapse = 1.0;
+
+double SurfaceArea(const Points& vertices, const Faces& faces) {
+  double area = 0;
+  for (Eigen::Index f = 0; f < faces.rows(); ++f) {
+    const Eigen::Vector3d a = vertices.row(faces(f, 0)).cast<double>();
+    const Eigen::Vector3d b = vertices.row(faces(f, 1)).cast<double>();
+    const Eigen::Vector3d c = vertices.row(faces(f, 2)).cast<double>();
+    const Eigen::Vector3d ab = b - a, ac = c - a;
+    area += 0.5 * ab.cross(ac).norm();
+  }
+  return area;
+}
 
 Mesh MakeMesh(const Points& vertices, const Faces& faces) {
   Mesh mesh;
@@ -58,17 +77,23 @@ std::vector<BodyTopology> BuildLevels(const Points& vertices, const Faces& faces
 
   Mesh mesh = MakeMesh(vertices, faces);
   OpenMesh::Decimater::DecimaterT<Mesh> decimater(mesh);
+  OpenMesh::Decimater::ModQuadricT<Mesh>::Handle quadric;
   OpenMesh::Decimater::ModEdgeLengthT<Mesh>::Handle length;
   OpenMesh::Decimater::ModNormalFlippingT<Mesh>::Handle flipping;
+  decimater.add(quadric);
+  decimater.module(quadric).unset_max_err();  // the error is the priority
   decimater.add(length);
-  decimater.module(length).set_binary(false);  // the squared length is the priority
+  decimater.module(length).set_binary(true);
   decimater.add(flipping);
   decimater.module(flipping).set_max_normal_deviation(60);
   decimater.initialize();
+  const double area = SurfaceArea(vertices, faces);
   for (const int target : targets) {
     // decimate_to() would count the vertices that an earlier level removed.
     const auto surplus = static_cast<int64_t>(levels.back().vertices.size()) - target;
     if (surplus <= 0) continue;
+    decimater.module(length).set_edge_length(
+        static_cast<float>(kLongestCollapse * std::sqrt(2 * area / (std::sqrt(3.0) * target))));
     decimater.decimate(static_cast<size_t>(surplus));
     levels.push_back(Survivors(mesh));
   }
