@@ -1,0 +1,22 @@
+# shellcheck shell=bash
+# Shared by the scripts in this folder; sourced, not run. Sets `root` and goes there.
+
+set -euo pipefail
+root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
+cd "$root"
+
+say() { printf '==> %s\n' "$*"; }
+die() {
+  printf '%s: %s\n' "$(basename "$0")" "$*" >&2
+  exit 1
+}
+
+# Compilers to run at a time: one per CPU allowed, but a file that includes LibTorch takes about 1.5 GB.
+build_jobs() {
+  local cpus memory_gb
+  cpus="$(nproc)"
+  memory_gb="$(awk '/^MemAvailable:/ { print int($2 / 1048576) }' /proc/meminfo)"
+  local by_memory=$((memory_gb / 2))
+  if ((by_memory < 1)); then by_memory=1; fi
+  echo "$((cpus < by_memory ? cpus : by_memory))"
+}
