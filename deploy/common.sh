@@ -1,7 +1,10 @@
 # shellcheck shell=bash
-# Shared by the scripts in this folder; sourced, not run. Sets `root` and goes there.
+# Shared by the scripts in this folder; sourced, not run. Sets `root` and goes there; `called_from` is the folder
+# that the script was called from.
 
 set -euo pipefail
+# shellcheck disable=SC2034
+called_from="$PWD"
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 cd "$root"
 
@@ -10,6 +13,9 @@ die() {
   printf '%s: %s\n' "$(basename "$0")" "$*" >&2
   exit 1
 }
+
+# The comment at the head of the script.
+usage() { sed -n '2,/^[^#]/ { s/^# \{0,1\}//p; }' "$root/deploy/$(basename "$0")"; }
 
 # Compilers to run at a time: one per CPU allowed, but a file that includes LibTorch takes about 1.5 GB.
 build_jobs() {

@@ -11,7 +11,7 @@ ctest_arguments=()
 while (($# > 0)); do
   case "$1" in
     -h | --help)
-      sed -n '2,6s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+      usage
       exit 0
       ;;
     --only)

@@ -7,7 +7,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
 install=1
 if [[ "${1:-}" == --help || "${1:-}" == -h ]]; then
-  sed -n '2,5s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"
+  usage
   exit 0
 fi
 if [[ "${1:-}" == --no-install ]]; then

@@ -44,7 +44,7 @@ case "${1:-}" in
       xargs -0 -n 1 -P "$(build_jobs)" clang-tidy --quiet -p "$database" --warnings-as-errors='*'
     ;;
   *)
-    sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2
+    usage >&2
     exit 2
     ;;
 esac
