@@ -1,5 +1,6 @@
 #include "core/training/trainer.h"
 
+#include <ATen/CPUGeneratorImpl.h>
 #include <ATen/Parallel.h>
 #include <fmt/format.h>
 
@@ -33,11 +34,14 @@ double CosineRate(const TrainingOptions& options, int64_t seen) {
 // `count` rows of each mesh, the same positions in every mesh: samples are in farthest-point order, which
 // says nothing of where on the body they lie, so a random subset of positions is a random subset of the
 // surface.
-torch::Tensor RandomRows(const std::vector<int64_t>& offsets, int64_t count) {
+// Drawn from `seed` alone, so that a resumed run repeats what an unbroken one would have done.
+torch::Tensor RandomRows(const std::vector<int64_t>& offsets, int64_t count, uint64_t seed) {
+  auto generator = at::detail::createCPUGenerator(seed);
   std::vector<torch::Tensor> rows;
   for (size_t mesh = 0; mesh + 1 < offsets.size(); ++mesh) {
     const int64_t size = offsets[mesh + 1] - offsets[mesh];
-    rows.push_back(torch::randperm(size, torch::kInt64).slice(0, 0, std::min(count, size)) + offsets[mesh]);
+    rows.push_back(torch::randperm(size, generator, torch::kInt64).slice(0, 0, std::min(count, size)) +
+                   offsets[mesh]);
   }
   return torch::cat(rows);
 }
@@ -59,7 +63,7 @@ class Stage {
     return modules;
   }
 
-  Step Forward(const TrainingBatch& batch) {
+  Step Forward(const TrainingBatch& batch, int64_t seen) {
     Step step;
     torch::Tensor rigid;
     if (stage_ != TrainingStage::kJoints) {
@@ -70,7 +74,9 @@ class Stage {
         target = batch.joint_of;
         rigid = RigidWeights(logits.detach());
       } else {
-        const auto rows = RandomRows(batch.input.offsets, options_.loss_points).to(batch.joint_of.device());
+        const auto rows =
+            RandomRows(batch.input.offsets, options_.loss_points, options_.seed + static_cast<uint64_t>(seen))
+                .to(batch.joint_of.device());
         logits = weights_->ForwardRows(batch.input, rows);
         target = batch.joint_of.index_select(0, rows);
       }
@@ -166,7 +172,7 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
       static_cast<torch::optim::AdamOptions&>(group.options()).lr(rate);
     }
     const TrainingBatch batch = stream.Next().To(device);
-    const Step step = stage.Forward(batch);
+    const Step step = stage.Forward(batch, progress.seen);
     optimizer.zero_grad();
     step.loss.backward();
     torch::nn::utils::clip_grad_norm_(parameters, 2.0);
