@@ -7,7 +7,7 @@ packages=(
   # Tools.
   cmake g++ ninja-build pkg-config python3
   # core: the networks on LibTorch, the rest on Eigen and Abseil. LibTorch takes whatever BLAS the system
-  # has; without OpenBLAS that is the reference one, an order of magnitude slower. The OpenMP build shares
+  # has; without OpenBLAS that is the reference one, many times slower. The OpenMP build shares
   # LibTorch's threads; the pthread one would bring its own.
   libopenblas0-openmp libtorch-dev
   libabsl-dev libcli11-dev libeigen3-dev libfmt-dev libnanoflann-dev libopenmesh-dev libstb-dev
