@@ -137,9 +137,11 @@ def check_sources(sources):
 def read_tree(root):
     sources = {}
     for top in ("core", "proto", "server", "client", "tests"):
-        for suffix in ("*.h", "*.cc"):
+        # CMake makes x.h from x.h.in.
+        for suffix in ("*.h", "*.h.in", "*.cc"):
             for path in sorted((root / top).rglob(suffix)):
-                sources[path.relative_to(root).as_posix()] = path.read_text(encoding="utf-8")
+                name = path.relative_to(root).as_posix().removesuffix(".in")
+                sources[name] = path.read_text(encoding="utf-8")
     return sources
 
 
