@@ -26,3 +26,11 @@ build_jobs() {
   if ((by_memory < 1)); then by_memory=1; fi
   echo "$((cpus < by_memory ? cpus : by_memory))"
 }
+
+# Configures build/release. Warnings are errors only for the compiler that Stance is developed with: what a newer
+# one has to say should not stop a build.
+configure_release() {
+  local as_errors=OFF
+  if [[ "$(${CXX:-c++} -dumpversion)" == 12* ]]; then as_errors=ON; fi
+  cmake --preset release -DSTANCE_WARNINGS_AS_ERRORS="$as_errors"
+}

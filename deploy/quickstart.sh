@@ -32,7 +32,7 @@ done
 if ((install)); then deploy/install-deps.sh; fi
 
 say "build (the first time takes several minutes)"
-cmake --preset release > /dev/null
+configure_release
 cmake --build --preset release --parallel "$(build_jobs)" --target stance-server stance
 bin="$root/build/release/bin"
 out="$root/out"
@@ -40,20 +40,22 @@ mkdir -p "$out"
 
 say "start the server with $model"
 server_pid=
+# The server's own exit status says whether it finished all that it had accepted.
 stop_server() {
-  if [[ -n "$server_pid" ]] && kill -0 "$server_pid" 2>/dev/null; then
-    kill -TERM "$server_pid"
-    wait "$server_pid" || true
-  fi
+  local pid="$server_pid"
   server_pid=
+  [[ -n "$pid" ]] || return 0
+  kill -TERM "$pid" 2>/dev/null || true
+  wait "$pid"
 }
-trap stop_server EXIT
+trap 'stop_server || true' EXIT
 trap 'exit 130' INT
 trap 'exit 143' TERM
 
 # Port 0: the system chooses a free one, and the server says which.
 : > "$out/server.out"
-"$bin/stance-server" --listen 127.0.0.1:0 --metrics-listen 127.0.0.1:0 --model "$model" \
+"$bin/stance-server" --listen 127.0.0.1:0 --metrics-listen 127.0.0.1:0 --log-format text \
+  --model "$model" \
   > "$out/server.out" 2> "$out/server.log" &
 server_pid=$!
 
@@ -74,13 +76,13 @@ say "ready at $address"
   --output "$out/target.obj" --output "$out/target.glb" --view "$out/view.png"
 
 say "stop the server"
-stop_server
+stop_server || die "the server did not stop cleanly; see $out/server.log"
 
 say "done"
 cat <<END
   source     ${meshes[0]}
   reference  ${meshes[1]}
-  target     out/target.obj, out/target.glb
-  picture    out/view.png (source, reference, target)
-  server log out/server.log
+  target     $out/target.obj, $out/target.glb
+  picture    $out/view.png (source, reference, target)
+  server log $out/server.log
 END

@@ -17,7 +17,7 @@ fi
 
 if ((install)); then deploy/install-deps.sh; fi
 say "configure"
-cmake --preset release
+configure_release
 say "build"
 cmake --build --preset release --parallel "$(build_jobs)"
 say "test"

@@ -3,6 +3,7 @@
 
     layering_test.py ROOT         checks the tree; prints FILE:LINE: what is wrong; exit status 1 if anything is
     layering_test.py --self-test  checks that each rule finds its own violation, and passes a good tree
+    layering_test.py --torch ROOT lists the .cc files that include Torch, themselves or through our headers
 
 Debian keeps the headers of LibTorch, OpenMesh and gRPC in /usr/include, so a PRIVATE link does not hide them;
 this test does.
@@ -121,6 +122,12 @@ def headers_with_torch(sources):
         found |= more
 
 
+def sources_with_torch(sources):
+    headers = headers_with_torch(sources)
+    return sorted(path for path, text in sources.items() if path.endswith(".cc") and
+                  any(target in headers or re.match(EXTERNAL[0][1], target) for _, _, target in includes_of(text)))
+
+
 def check_sources(sources):
     """The violations in {path: text} as 'path:line: text'."""
     problems = []
@@ -228,6 +235,10 @@ class SelfTest(unittest.TestCase):
                  "core/transfer/x.cc": '#include "core/network/far.h"\n'}
         self.assertIn("brings in Torch", check_sources({**GOOD, **chain})[0])
 
+    def test_files_with_torch_are_listed(self):
+        self.assertEqual(sources_with_torch(GOOD), ["core/network/model.cc", "core/training/t.cc",
+                                                    "tests/core/network/t.cc"])
+
     def test_a_tree_on_disk_is_read(self):
         with tempfile.TemporaryDirectory() as folder:
             root = pathlib.Path(folder)
@@ -258,6 +269,9 @@ def main(arguments, report=print):
 if __name__ == "__main__":
     if sys.argv[1:] == ["--self-test"]:
         unittest.main(argv=sys.argv[:1])
+    if len(sys.argv) == 3 and sys.argv[1] == "--torch":
+        print("\n".join(sources_with_torch(read_tree(pathlib.Path(sys.argv[2])))))
+        sys.exit(0)
     if len(sys.argv) != 2:
         sys.exit(__doc__)
     sys.exit(main(sys.argv[1:]))
