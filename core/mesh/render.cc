@@ -113,10 +113,17 @@ void DrawSkeleton(const RenderItem& item, const ViewedItem& viewed, const Placem
   }
 }
 
-// Centred at the bottom of the tile, at half the size if it would not fit otherwise; then cut.
-void DrawCaption(const std::string& caption, int left, int bottom, int tile_width, Image& image) {
+// The largest font at which every caption fits its tile; 1 if none does.
+int CaptionScale(const std::vector<RenderItem>& items, int tile_width) {
   int scale = kCaptionScale;
-  while (scale > 1 && TextWidth(caption, scale) > tile_width - 2 * kMargin) --scale;
+  for (const RenderItem& item : items) {
+    while (scale > 1 && TextWidth(item.caption, scale) > tile_width - 2 * kMargin) --scale;
+  }
+  return scale;
+}
+
+// Centred at the bottom of the tile; cut where it would not fit.
+void DrawCaption(const std::string& caption, int scale, int left, int bottom, int tile_width, Image& image) {
   std::string text = caption;
   while (!text.empty() && TextWidth(text, scale) > tile_width - 2 * kMargin) text.pop_back();
   DrawText(image, left + (tile_width - TextWidth(text, scale)) / 2, bottom - kMargin - TextHeight(scale),
@@ -156,7 +163,7 @@ Image RenderTiles(const std::vector<RenderItem>& items, const RenderOptions& opt
     }
   }
 
-  const int factor = options.supersampling;
+  const int factor = options.supersampling, caption_scale = CaptionScale(items, options.tile_width);
   for (int i = 0; i < count; ++i) {
     const int left = i % columns * options.tile_width, top = i / columns * options.tile_height;
     Canvas canvas(options.tile_width * factor, picture_height * factor);
@@ -167,7 +174,7 @@ Image RenderTiles(const std::vector<RenderItem>& items, const RenderOptions& opt
     if (items[i].mesh != nullptr) DrawMesh(items[i], viewed[i], placement, canvas);
     DrawSkeleton(items[i], viewed[i], placement, static_cast<float>(factor), canvas);
     canvas.Downsample(factor, left, top, image);
-    DrawCaption(items[i].caption, left, top + options.tile_height, options.tile_width, image);
+    DrawCaption(items[i].caption, caption_scale, left, top + options.tile_height, options.tile_width, image);
   }
   return image;
 }

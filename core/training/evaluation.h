@@ -22,11 +22,11 @@ struct Candidate {
 struct EvaluationRow {
   std::string pair;
   std::string method;
-  MeshErrors errors;
+  MeshErrors errors = {};
   double median_mm = 0;  // over the pair's vertices
   double p95_mm = 0;
   double seconds = 0;
-  std::string failure;  // why there is no result; the numbers are then 0 and no mean counts them
+  std::string failure = {};  // why there is no result; the numbers are then 0 and no mean counts them
 };
 
 // REQUIRES: candidate.positions, if any, has truth's row count; stature > 0 in the meshes' unit.

@@ -17,7 +17,7 @@ struct PairEvaluationOptions {
   int pairs = 100;  // of each pose mix
   std::vector<PoseMix> poses = {PoseMix::kModerate, PoseMix::kHard};
   CharacterOptions characters{.split = Split::kTest};  // the pose mix is set from `poses`
-  TransferOptions transfer;
+  TransferOptions transfer = {};
   bool parts = true;  // also the compositions that ComposeParts makes
   int threads = 1;    // pairs at a time
 };

@@ -7,7 +7,7 @@
 namespace stance {
 
 struct PictureOptions {
-  RenderOptions render;
+  RenderOptions render = {};
   bool skeletons = false;  // the predicted skeletons over source, reference and target
   bool weights = false;    // colour source and target by the predicted weights, a colour per joint
   UpAxis source_up = UpAxis::kY;

@@ -18,8 +18,8 @@ struct StageEvaluationOptions {
   int identities = 10;  // for the bone lengths, each in `poses_each` poses
   int poses_each = 20;
   CharacterOptions character{.poses = PoseMix::kModerate, .split = Split::kTest};
-  TransferOptions transfer;  // the smoothing is the one whose result is judged
-  int threads = 1;           // characters at a time
+  TransferOptions transfer = {};  // the smoothing is the one whose result is judged
+  int threads = 1;                // characters at a time
 };
 
 // Weights (V, J) against the truth's.
