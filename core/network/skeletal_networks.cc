@@ -64,7 +64,7 @@ torch::Tensor GkStackImpl::ForwardPlain(const PointBatch& batch) {
 
 WeightNetworkImpl::WeightNetworkImpl() {
   stack = register_module("stack", GkStack(/*batch_norm=*/true));
-  global = register_module("global", LinearNorm(GkStackImpl::kChannels, 512, true));
+  pooled = register_module("pooled", LinearNorm(GkStackImpl::kChannels, 512, true));
   head1 = register_module("head1", LinearNorm(GkStackImpl::kChannels + 1024, 1024, true));
   head2 = register_module("head2", LinearNorm(1024, 256, true));
   head3 = register_module("head3", LinearNorm(256, 64, true));
@@ -73,11 +73,11 @@ WeightNetworkImpl::WeightNetworkImpl() {
 
 torch::Tensor WeightNetworkImpl::Head(const PointBatch& batch, const torch::Tensor& features,
                                       const torch::Tensor* rows) {
-  const auto shared = global(features);
-  std::vector<torch::Tensor> pooled;
+  const auto shared = pooled(features);
+  std::vector<torch::Tensor> summaries;
   for (int64_t mesh = 0; mesh < batch.mesh_count(); ++mesh) {
     const auto part = shared.slice(0, batch.offsets[mesh], batch.offsets[mesh + 1]);
-    pooled.push_back(torch::cat({std::get<0>(part.max(0)), part.mean(0)}));
+    summaries.push_back(torch::cat({std::get<0>(part.max(0)), part.mean(0)}));
   }
   auto mesh_of_row = MeshOfRow(batch.offsets, features.device());
   auto x = features;
@@ -85,7 +85,7 @@ torch::Tensor WeightNetworkImpl::Head(const PointBatch& batch, const torch::Tens
     x = x.index_select(0, *rows);
     mesh_of_row = mesh_of_row.index_select(0, *rows);
   }
-  x = head1->ForwardSplit(x, torch::stack(pooled), mesh_of_row);
+  x = head1->ForwardSplit(x, torch::stack(summaries), mesh_of_row);
   return out(head3(head2(x)));
 }
 

@@ -33,7 +33,7 @@ class WeightNetworkImpl : public torch::nn::Module {
   torch::Tensor ForwardPlain(const PointBatch& batch);
 
   GkStack stack{nullptr};
-  LinearNorm global{nullptr}, head1{nullptr}, head2{nullptr}, head3{nullptr};
+  LinearNorm pooled{nullptr}, head1{nullptr}, head2{nullptr}, head3{nullptr};
   torch::nn::Linear out{nullptr};
 
  private:
