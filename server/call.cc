@@ -1,0 +1,148 @@
+#include "server/call.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "server/log.h"
+#include "server/request_id.h"
+#include "server/status_map.h"
+
+namespace stance {
+namespace {
+
+using std::chrono::milliseconds;
+
+// A full queue of ordinary meshes needs seconds to empty, but a place in it is free after one batch.
+constexpr milliseconds kOverloadPushback(250);
+// The caller's next try should reach another server, or this one's successor.
+constexpr milliseconds kShutdownPushback(1000);
+
+// gRPC speaks of deadlines in calendar time, the queue in steady time.
+TimePoint SteadyDeadline(std::chrono::system_clock::time_point deadline, TimePoint now) {
+  constexpr std::chrono::hours kFar(24 * 365);
+  const auto left = deadline - std::chrono::system_clock::now();
+  return left > kFar ? kNever : now + std::chrono::duration_cast<Duration>(left);
+}
+
+const char* RpcName(Rpc rpc) {
+  switch (rpc) {
+    case Rpc::kTransfer:
+      return "Transfer";
+    case Rpc::kRig:
+      return "Rig";
+    case Rpc::kGetServerInfo:
+      return "GetServerInfo";
+  }
+  return "";
+}
+
+}  // namespace
+
+Call::Call(const Serving& serving, Rpc rpc, grpc::CallbackServerContext* context)
+    : serving_(serving),
+      rpc_(rpc),
+      context_(context),
+      arrival_(serving.clock.Now()),
+      deadline_(SteadyDeadline(context->deadline(), arrival_)) {
+  serving_.active.Enter();
+}
+
+void Call::Begin() {
+  const absl::Status status = Prepare();
+  if (!status.ok()) {
+    serving_.metrics.CountRejection(ReasonOf(status));
+    Answer(status);
+    return;
+  }
+  CallRunner::Item item;
+  item.cost = Vertices();
+  item.bytes = RequestBytes();
+  item.bucket = static_cast<int>(rpc_);
+  item.deadline = deadline_;
+  item.cancelled = cancelled_;
+  item.payload = this;
+  item.done = Completion([this](Outcome outcome) {
+    const absl::Status answer = StatusFor(outcome);
+    if (outcome != Outcome::kExecuted) serving_.metrics.CountRejection(ReasonOf(answer));
+    Answer(answer);
+  });
+  serving_.runner.Submit(std::move(item));
+}
+
+absl::Status Call::Prepare() {
+  const absl::StatusOr<std::string> id = ChooseRequestId(RequestedId());
+  request_id_ = id.ok() ? *id : MakeRequestId();
+  if (!id.ok()) {
+    return FieldError(id.status().code(), "INVALID_REQUEST_ID", "request_id",
+                      std::string(id.status().message()));
+  }
+  return Plan();
+}
+
+void Call::OnCancel() {
+  cancelled_->store(true);
+  serving_.runner.SweepCancelled();
+}
+
+void Call::OnDone() {
+  ActiveCalls& active = serving_.active;
+  delete this;
+  active.Leave();
+}
+
+absl::Status Call::StatusFor(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kExecuted:
+      return result_;
+    case Outcome::kQueueFull:
+      return OverloadError("QUEUE_FULL", "too many requests are waiting", kOverloadPushback);
+    case Outcome::kQueueBytes:
+      return OverloadError("QUEUE_BYTES_FULL", "the requests that are waiting hold too many bytes",
+                           kOverloadPushback);
+    case Outcome::kShuttingDown:
+      return OverloadError("SHUTTING_DOWN", "the server is shutting down", kShutdownPushback);
+    case Outcome::kCancelled:
+      // The deadline, too, reaches a call as a cancellation.
+      if (serving_.clock.Now() < deadline_) {
+        return WithReason(absl::CancelledError("the caller cancelled the request"), "CANCELLED");
+      }
+      [[fallthrough]];
+    case Outcome::kExpired:
+      break;
+  }
+  return WithReason(absl::DeadlineExceededError("the deadline passed before a worker was free"),
+                    "DEADLINE_EXCEEDED");
+}
+
+void Call::Answer(absl::Status status) {
+  seconds_.total = ToSeconds(serving_.clock.Now() - arrival_);
+  if (status.ok()) FinishResponse(request_id_, seconds_);
+  serving_.metrics.ObserveRequest(rpc_, status.code(), seconds_.total);
+  const std::string code = status.ok() ? "OK" : absl::StatusCodeToString(status.code());
+  if (status.ok()) {
+    Log(LogLevel::kInfo, "request",
+        {{"request_id", request_id_},
+         {"rpc", std::string(RpcName(rpc_))},
+         {"code", code},
+         {"vertices", Vertices()},
+         {"queue_seconds", seconds_.queue},
+         {"total_seconds", seconds_.total}});
+  } else {
+    const bool ours =
+        status.code() == absl::StatusCode::kInternal || status.code() == absl::StatusCode::kUnknown;
+    Log(ours ? LogLevel::kError : LogLevel::kInfo, "request",
+        {{"request_id", request_id_},
+         {"rpc", std::string(RpcName(rpc_))},
+         {"code", code},
+         {"reason", ReasonOf(status)},
+         {"message", ToGrpcStatus(status).error_message()},
+         {"total_seconds", seconds_.total}});
+  }
+  if (const auto pushback = RetryPushback(status)) {
+    context_->AddTrailingMetadata("grpc-retry-pushback-ms", fmt::format("{}", pushback->count()));
+  }
+  Finish(ToGrpcStatus(status));
+}
+
+}  // namespace stance

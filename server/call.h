@@ -1,0 +1,86 @@
+// One unary call from its arrival to its answer.
+#pragma once
+
+#include <grpcpp/server_context.h>
+#include <grpcpp/support/server_callback.h>
+
+#include <atomic>
+#include <memory>
+#include <string>
+
+#include "core/base/clock.h"
+#include "server/active_calls.h"
+#include "server/batching/batch_runner.h"
+#include "server/metrics.h"
+
+namespace stance {
+
+class Call;
+using CallRunner = BatchRunner<Call*>;
+
+// What every call needs; each outlives every call and is thread-safe.
+struct Serving {
+  Metrics& metrics;
+  CallRunner& runner;
+  Clock& clock;
+  ActiveCalls& active;
+};
+
+// Seconds of one request in the server's own phases.
+struct ServerSeconds {
+  double queue = 0;
+  double decode = 0;
+  double encode = 0;
+  double total = 0;
+};
+
+// A reactor that owns itself: Begin queues it on a gRPC thread without waiting, a worker runs it in a batch,
+// it is answered exactly once, and OnDone deletes it. A cancellation, by the client or by the deadline, takes
+// it out of the queue at once; if it runs already, its answer is not written.
+class Call : public grpc::ServerUnaryReactor {
+ public:
+  // Plans and queues the call, or answers it with an error.
+  void Begin();
+
+  void OnCancel() final;
+  void OnDone() final;
+
+  // For the worker:
+  Rpc rpc() const { return rpc_; }
+  TimePoint deadline() const { return deadline_; }
+  bool is_cancelled() const { return cancelled_->load(); }
+  // What the work came to. To be set before the item is completed.
+  void set_result(absl::Status result) { result_ = std::move(result); }
+  ServerSeconds& seconds() { return seconds_; }
+
+ protected:
+  Call(const Serving& serving, Rpc rpc, grpc::CallbackServerContext* context);
+
+  // Checks everything but the meshes' content, in constant time; errors as in status_map.h.
+  virtual absl::Status Plan() = 0;
+  // The caller's own id, and where the answer's goes.
+  virtual const std::string& RequestedId() const = 0;
+  virtual int64_t Vertices() const = 0;
+  virtual int64_t RequestBytes() const = 0;
+  // Before an answer without error is sent.
+  virtual void FinishResponse(const std::string& request_id, const ServerSeconds& seconds) = 0;
+
+ private:
+  absl::Status Prepare();
+  absl::Status StatusFor(Outcome outcome);
+  // Sends the answer. Nothing of this object may be touched afterwards.
+  void Answer(absl::Status status);
+
+  const Serving serving_;
+  const Rpc rpc_;
+  grpc::CallbackServerContext* const context_;
+  const TimePoint arrival_;
+  const TimePoint deadline_;
+  // Shared with the queue's item.
+  const std::shared_ptr<std::atomic<bool>> cancelled_ = std::make_shared<std::atomic<bool>>(false);
+  std::string request_id_;
+  absl::Status result_;
+  ServerSeconds seconds_;
+};
+
+}  // namespace stance

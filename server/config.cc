@@ -1,0 +1,256 @@
+#include "server/config.h"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <variant>
+
+namespace stance {
+namespace {
+
+using Field = std::variant<std::string ServerConfig::*, int64_t ServerConfig::*, double ServerConfig::*,
+                           bool ServerConfig::*>;
+
+struct Option {
+  const char* key;
+  Field field;
+  double least;  // numbers only, as is `most`
+  double most;
+  const char* help;
+};
+
+constexpr double kMany = 1e15;
+
+const std::vector<Option>& Table() {
+  using C = ServerConfig;
+  static const std::vector<Option> table = {
+      {"server.listen", &C::server_listen, 0, 0, "HOST:PORT to serve on; port 0 picks a free one"},
+      {"server.max_message_bytes", &C::server_max_message_bytes, 1024, 2147483647,
+       "Largest request or answer, bytes"},
+      {"server.memory_quota_bytes", &C::server_memory_quota_bytes, 1 << 20, kMany,
+       "Memory for gRPC's own buffers, bytes"},
+      {"server.keepalive_seconds", &C::server_keepalive_seconds, 1, 1e6,
+       "Idle time after which a connection is pinged, seconds"},
+      {"server.max_connection_age_seconds", &C::server_max_connection_age_seconds, 0, 1e6,
+       "Age at which a connection is closed gracefully, seconds; 0 for never"},
+      {"server.reflection", &C::server_reflection, 0, 0, "Whether to answer gRPC reflection"},
+      {"server.lame_duck_seconds", &C::server_lame_duck_seconds, 0, 3600,
+       "Time between NOT_SERVING and refusing new requests at shutdown, seconds"},
+      {"server.drain_timeout_seconds", &C::server_drain_timeout_seconds, 0, 86400,
+       "Most time for accepted requests to finish at shutdown, seconds"},
+      {"model.directory", &C::model_directory, 0, 0, "Directory of the model to serve (required)"},
+      {"inference.workers", &C::inference_workers, 0, 1024,
+       "Batches run at the same time; 0 chooses by the CPU quota"},
+      {"inference.threads", &C::inference_threads, 0, 1024,
+       "Threads of one batch; 0 divides the CPU quota by the workers"},
+      {"batching.max_batch_requests", &C::batching_max_batch_requests, 1, 4096, "Most requests in one batch"},
+      {"batching.max_batch_vertices", &C::batching_max_batch_vertices, 1, kMany,
+       "Most vertices in one batch"},
+      {"batching.max_queued_requests", &C::batching_max_queued_requests, 1, 1e6, "Most requests waiting"},
+      {"batching.max_queued_bytes", &C::batching_max_queued_bytes, 1, kMany,
+       "Most bytes of requests waiting; at least server.max_message_bytes"},
+      {"limits.max_vertices", &C::limits_max_vertices, 3, 1e8, "Most vertices of one mesh"},
+      {"limits.max_faces", &C::limits_max_faces, 1, 4e8, "Most faces of one mesh"},
+      {"metrics.listen", &C::metrics_listen, 0, 0, "HOST:PORT of the Prometheus page; empty for none"},
+      {"log.format", &C::log_format, 0, 0, "json or text"},
+      {"log.level", &C::log_level, 0, 0, "debug, info, warn or error"},
+  };
+  return table;
+}
+
+const Option* Find(const std::string& key) {
+  for (const Option& option : Table()) {
+    if (key == option.key) return &option;
+  }
+  return nullptr;
+}
+
+absl::Status UnknownKey(const std::string& key) {
+  return absl::InvalidArgumentError(fmt::format("{}: unknown option", key));
+}
+absl::Status BadValue(const Option& option, const std::string& value, const std::string& want) {
+  return absl::InvalidArgumentError(fmt::format("{}: '{}' is not {}", option.key, value, want));
+}
+
+absl::Status SetNumber(ServerConfig& config, const Option& option, double value) {
+  if (!(value >= option.least && value <= option.most)) {
+    return absl::InvalidArgumentError(
+        fmt::format("{}: {} is not from {} to {}", option.key, value, option.least, option.most));
+  }
+  if (const auto* integer = std::get_if<int64_t ServerConfig::*>(&option.field)) {
+    config.*(*integer) = static_cast<int64_t>(value);
+  } else {
+    config.*std::get<double ServerConfig::*>(option.field) = value;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SetText(ServerConfig& config, const Option& option, const std::string& value) {
+  const auto one_of = [&](std::initializer_list<const char*> choices) -> absl::Status {
+    if (std::find(choices.begin(), choices.end(), value) != choices.end()) return absl::OkStatus();
+    return BadValue(option, value, fmt::format("one of {}", fmt::join(choices, ", ")));
+  };
+  const std::string key = option.key;
+  if (key == "log.format") STANCE_RETURN_IF_ERROR(one_of({"json", "text"}));
+  if (key == "log.level") STANCE_RETURN_IF_ERROR(one_of({"debug", "info", "warn", "error"}));
+  config.*std::get<std::string ServerConfig::*>(option.field) = value;
+  return absl::OkStatus();
+}
+
+// A TOML value in an option's own type.
+absl::Status SetNode(ServerConfig& config, const Option& option, const toml::node& node) {
+  if (std::holds_alternative<std::string ServerConfig::*>(option.field)) {
+    if (const auto* text = node.as_string()) return SetText(config, option, text->get());
+    return absl::InvalidArgumentError(fmt::format("{}: want a string", option.key));
+  }
+  if (const auto* flag = std::get_if<bool ServerConfig::*>(&option.field)) {
+    const auto* value = node.as_boolean();
+    if (value == nullptr)
+      return absl::InvalidArgumentError(fmt::format("{}: want true or false", option.key));
+    config.*(*flag) = value->get();
+    return absl::OkStatus();
+  }
+  if (const auto* value = node.as_integer()) {
+    return SetNumber(config, option, static_cast<double>(value->get()));
+  }
+  const auto* value = node.as_floating_point();
+  if (value != nullptr && std::holds_alternative<double ServerConfig::*>(option.field)) {
+    return SetNumber(config, option, value->get());
+  }
+  return absl::InvalidArgumentError(fmt::format(
+      "{}: want {}", option.key,
+      std::holds_alternative<double ServerConfig::*>(option.field) ? "a number" : "a whole number"));
+}
+
+std::string Respelled(const std::string& key, const std::string& prefix, bool upper, char separator) {
+  std::string name = prefix;
+  for (char c : key) {
+    if (c == '.' || c == '_') c = separator;
+    name += upper ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
+  }
+  return name;
+}
+
+std::string ValueText(const ServerConfig& config, const Option& option) {
+  return std::visit(
+      [&config](auto member) {
+        using Value = std::decay_t<decltype(config.*member)>;
+        if constexpr (std::is_same_v<Value, std::string>) {
+          return fmt::format("\"{}\"", config.*member);
+        } else {
+          return fmt::format("{}", config.*member);
+        }
+      },
+      option.field);
+}
+
+}  // namespace
+
+std::vector<OptionHelp> ConfigOptions() {
+  std::vector<OptionHelp> options;
+  const ServerConfig defaults;
+  for (const Option& option : Table()) {
+    options.push_back({option.key, option.help, ValueText(defaults, option)});
+  }
+  return options;
+}
+
+std::string EnvironmentName(const std::string& key) { return Respelled(key, "STANCE_", true, '_'); }
+
+std::string FlagName(const std::string& key) { return Respelled(key, "--", false, '-'); }
+
+absl::Status SetOption(ServerConfig& config, const std::string& key, const std::string& value) {
+  const Option* option = Find(key);
+  if (option == nullptr) return UnknownKey(key);
+  if (std::holds_alternative<std::string ServerConfig::*>(option->field))
+    return SetText(config, *option, value);
+  if (const auto* flag = std::get_if<bool ServerConfig::*>(&option->field)) {
+    if (value != "true" && value != "false") return BadValue(*option, value, "true or false");
+    config.*(*flag) = value == "true";
+    return absl::OkStatus();
+  }
+  const char* end = value.data() + value.size();
+  if (std::holds_alternative<int64_t ServerConfig::*>(option->field)) {
+    int64_t number = 0;
+    const auto [rest, error] = std::from_chars(value.data(), end, number);
+    if (error != std::errc() || rest != end) return BadValue(*option, value, "a whole number");
+    return SetNumber(config, *option, static_cast<double>(number));
+  }
+  double number = 0;
+  const auto [rest, error] = std::from_chars(value.data(), end, number);
+  if (error != std::errc() || rest != end) return BadValue(*option, value, "a number");
+  return SetNumber(config, *option, number);
+}
+
+absl::Status ApplyToml(ServerConfig& config, const std::string& text) {
+  toml::table document;
+  try {
+    document = toml::parse(text);
+  } catch (const toml::parse_error& error) {
+    return absl::InvalidArgumentError(
+        fmt::format("line {}: {}", error.source().begin.line, std::string(error.description())));
+  }
+  for (const auto& [section_key, section_node] : document) {
+    const std::string section(section_key.str());
+    const toml::table* entries = section_node.as_table();
+    if (entries == nullptr) return UnknownKey(section);
+    for (const auto& [name, node] : *entries) {
+      const std::string key = fmt::format("{}.{}", section, std::string(name.str()));
+      const Option* option = Find(key);
+      if (option == nullptr) return UnknownKey(key);
+      STANCE_RETURN_IF_ERROR(SetNode(config, *option, node));
+    }
+    // An unknown section without entries is as wrong as one with.
+    const bool known = std::any_of(Table().begin(), Table().end(), [&](const Option& option) {
+      return std::string(option.key).starts_with(section + ".");
+    });
+    if (!known) return UnknownKey(section);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ApplyEnvironment(ServerConfig& config,
+                              const std::function<std::optional<std::string>(const std::string&)>& get) {
+  for (const Option& option : Table()) {
+    const std::string name = EnvironmentName(option.key);
+    const std::optional<std::string> value = get(name);
+    if (!value) continue;
+    const absl::Status status = SetOption(config, option.key, *value);
+    if (!status.ok()) {
+      return absl::InvalidArgumentError(fmt::format("{}: {}", name, std::string(status.message())));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status FinishConfig(ServerConfig& config, int cpus) {
+  if (config.model_directory.empty()) return absl::InvalidArgumentError("model.directory: is required");
+  if (config.batching_max_queued_bytes < config.server_max_message_bytes) {
+    return absl::InvalidArgumentError(
+        fmt::format("batching.max_queued_bytes: {} is less than server.max_message_bytes, {}: the largest "
+                    "request could never be served",
+                    config.batching_max_queued_bytes, config.server_max_message_bytes));
+  }
+  // One batch gains little from more than four threads; beyond that, batches run side by side.
+  constexpr int64_t kThreadsPerBatch = 4;
+  if (config.inference_workers == 0) {
+    const int64_t threads = config.inference_threads > 0 ? config.inference_threads : kThreadsPerBatch;
+    config.inference_workers = std::max<int64_t>(1, cpus / threads);
+  }
+  if (config.inference_threads == 0) {
+    config.inference_threads = std::max<int64_t>(1, cpus / config.inference_workers);
+  }
+  if (config.inference_workers * config.inference_threads > cpus) {
+    return absl::InvalidArgumentError(fmt::format(
+        "inference.workers x inference.threads: {} x {} is more than the {} CPUs this process may use",
+        config.inference_workers, config.inference_threads, cpus));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace stance

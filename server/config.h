@@ -1,0 +1,68 @@
+// The server's options: what they mean, where they come from. docs/operations.md says when to change each.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/status.h"
+
+namespace stance {
+
+// A plain value. Keys are SECTION.NAME in TOML, STANCE_SECTION_NAME in the environment and --SECTION-NAME on
+// the command line; the table in config.cc ties them to these fields.
+struct ServerConfig {
+  std::string server_listen = "127.0.0.1:50051";          // HOST:PORT; port 0 picks a free one
+  int64_t server_max_message_bytes = int64_t{256} << 20;  // largest request or answer
+  int64_t server_memory_quota_bytes = int64_t{2} << 30;   // gRPC's own buffers
+  double server_keepalive_seconds = 60;                   // ping an idle connection after this
+  double server_max_connection_age_seconds = 0;           // close a connection after this; 0: never
+  bool server_reflection = true;                          // answer gRPC reflection
+  double server_lame_duck_seconds = 1;                    // from NOT_SERVING to refusing new requests
+  double server_drain_timeout_seconds = 30;               // most time for accepted requests to finish
+  std::string model_directory;                            // required
+  int64_t inference_workers = 0;                          // batches run at the same time; 0: by the CPU quota
+  int64_t inference_threads = 0;                          // threads of one batch; 0: the CPU quota / workers
+  int64_t batching_max_batch_requests = 8;
+  int64_t batching_max_batch_vertices = 200'000;
+  int64_t batching_max_queued_requests = 256;
+  int64_t batching_max_queued_bytes = int64_t{1} << 30;
+  int64_t limits_max_vertices = 1'000'000;        // of one mesh
+  int64_t limits_max_faces = 4'000'000;           // of one mesh
+  std::string metrics_listen = "127.0.0.1:9464";  // HOST:PORT of /metrics; empty: none
+  std::string log_format = "json";                // "json" or "text"
+  std::string log_level = "info";                 // "debug", "info", "warn" or "error"
+};
+
+// One option, for help texts and documentation.
+struct OptionHelp {
+  std::string key;  // "server.listen"
+  std::string help;
+  std::string default_value;
+};
+std::vector<OptionHelp> ConfigOptions();
+
+// "server.listen" -> "STANCE_SERVER_LISTEN" and "--server-listen".
+std::string EnvironmentName(const std::string& key);
+std::string FlagName(const std::string& key);
+
+// Sets one option from text. INVALID_ARGUMENT, naming the key, if there is no such option or the value is not
+// one.
+absl::Status SetOption(ServerConfig& config, const std::string& key, const std::string& value);
+
+// Sets the options of a TOML document. INVALID_ARGUMENT, naming the key or the line, for a syntax error, an
+// unknown key, or a value of the wrong type or range.
+absl::Status ApplyToml(ServerConfig& config, const std::string& toml);
+
+// Sets the options that `get` (such as getenv) knows under their environment names.
+absl::Status ApplyEnvironment(ServerConfig& config,
+                              const std::function<std::optional<std::string>(const std::string&)>& get);
+
+// Fills in what is 0 for "automatic" and checks what concerns several options, given the CPUs there are.
+// INVALID_ARGUMENT, naming the keys.
+absl::Status FinishConfig(ServerConfig& config, int cpus);
+
+}  // namespace stance

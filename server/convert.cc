@@ -1,0 +1,298 @@
+#include "server/convert.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "proto/wire/mesh_wire.h"
+#include "proto/wire/rig_wire.h"
+#include "server/status_map.h"
+
+namespace stance {
+namespace {
+
+constexpr absl::StatusCode kInvalid = absl::StatusCode::kInvalidArgument;
+constexpr char kInvalidOption[] = "INVALID_OPTION";
+constexpr char kInvalidMesh[] = "INVALID_MESH";
+constexpr uint32_t kMostInfluences = 24;
+
+absl::Status BadOption(const std::string& field, const std::string& description) {
+  return FieldError(kInvalid, kInvalidOption, field, description);
+}
+
+template <typename Enum>
+absl::Status UnknownValue(const std::string& field, Enum value) {
+  return BadOption(field, fmt::format("unknown value {}", static_cast<int>(value)));
+}
+
+absl::StatusOr<Method> MethodFromWire(v1::Method method) {
+  switch (method) {
+    case v1::METHOD_UNSPECIFIED:
+    case v1::METHOD_SKELETAL:
+      return Method::kSkeletal;
+    case v1::METHOD_NEURAL:
+    case v1::METHOD_STANCE:
+      return FieldError(absl::StatusCode::kUnimplemented, "METHOD_NOT_AVAILABLE", "options.method",
+                        fmt::format("{} is not available yet", v1::Method_Name(method)));
+    default:
+      return UnknownValue("options.method", method);
+  }
+}
+
+absl::StatusOr<SmoothingOptions> SmoothingFromWire(const v1::WeightSmoothing& wire) {
+  SmoothingOptions options;
+  switch (wire.kind()) {
+    case v1::SMOOTHING_KIND_UNSPECIFIED:
+    case v1::SMOOTHING_KIND_METRIC:
+      options.kind = SmoothingKind::kMetric;
+      break;
+    case v1::SMOOTHING_KIND_HOPWISE:
+      options.kind = SmoothingKind::kHopwise;
+      break;
+    case v1::SMOOTHING_KIND_NONE:
+      options.kind = SmoothingKind::kNone;
+      break;
+    default:
+      return UnknownValue("options.smoothing.kind", wire.kind());
+  }
+  if (wire.has_length()) {
+    if (options.kind != SmoothingKind::kMetric) {
+      return BadOption("options.smoothing.length", "belongs to SMOOTHING_KIND_METRIC only");
+    }
+    // Written so that a NaN is refused too.
+    if (!(wire.length() > 0 && wire.length() <= 1)) {
+      return BadOption("options.smoothing.length", fmt::format("{} is not in (0, 1]", wire.length()));
+    }
+    options.length = wire.length();
+  }
+  if (wire.has_lambda()) {
+    if (options.kind != SmoothingKind::kHopwise) {
+      return BadOption("options.smoothing.lambda", "belongs to SMOOTHING_KIND_HOPWISE only");
+    }
+    if (!(wire.lambda() > 0 && wire.lambda() <= 10000)) {
+      return BadOption("options.smoothing.lambda", fmt::format("{} is not in (0, 10000]", wire.lambda()));
+    }
+    options.lambda = wire.lambda();
+  }
+  return options;
+}
+
+absl::StatusOr<Twist> TwistFromWire(v1::Twist twist) {
+  switch (twist) {
+    case v1::TWIST_UNSPECIFIED:
+      return TransferOptions().twist;
+    case v1::TWIST_SMALLEST:
+      return Twist::kPaper;
+    case v1::TWIST_INHERITED:
+      return Twist::kInherited;
+    default:
+      return UnknownValue("options.twist", twist);
+  }
+}
+
+absl::StatusOr<BoneNaming> BoneNamingFromWire(v1::BoneNaming naming) {
+  switch (naming) {
+    case v1::BONE_NAMING_UNSPECIFIED:
+    case v1::BONE_NAMING_SMPL:
+      return BoneNaming::kSmpl;
+    case v1::BONE_NAMING_MIXAMO:
+      return BoneNaming::kMixamo;
+    case v1::BONE_NAMING_VRM:
+      return BoneNaming::kVrm;
+    case v1::BONE_NAMING_UNREAL:
+      return BoneNaming::kUnreal;
+    default:
+      return UnknownValue("options.bone_naming", naming);
+  }
+}
+
+// The name of the model that serves `wanted` ("" for the method's default).
+absl::StatusOr<std::string> FindModel(const std::string& wanted, Method method, const Catalog& catalog) {
+  std::vector<std::string> names;
+  for (const ModelInfo& model : catalog.models) {
+    if (model.method == method && (wanted.empty() || wanted == model.name)) return model.name;
+    names.push_back(model.name);
+  }
+  return FieldError(absl::StatusCode::kNotFound, "MODEL_NOT_FOUND", "options.model",
+                    fmt::format("no model \"{}\"; there are: {}", wanted, fmt::join(names, ", ")));
+}
+
+// The options that both requests share.
+template <typename WireOptions>
+absl::Status CommonOptions(const WireOptions& wire, const Catalog& catalog, TransferOptions& options,
+                           std::string& model, BoneNaming& naming) {
+  STANCE_ASSIGN_OR_RETURN(options.method, MethodFromWire(wire.method()));
+  STANCE_ASSIGN_OR_RETURN(model, FindModel(wire.model(), options.method, catalog));
+  STANCE_ASSIGN_OR_RETURN(options.smoothing, SmoothingFromWire(wire.smoothing()));
+  if (wire.has_max_influences()) {
+    if (wire.max_influences() > kMostInfluences) {
+      return BadOption("options.max_influences",
+                       fmt::format("{} is more than {}", wire.max_influences(), kMostInfluences));
+    }
+    options.max_influences = static_cast<int>(wire.max_influences());
+  }
+  STANCE_ASSIGN_OR_RETURN(naming, BoneNamingFromWire(wire.bone_naming()));
+  options.limits = catalog.limits;
+  return absl::OkStatus();
+}
+
+// The presence of a mesh and its axis; its content is for the worker.
+absl::StatusOr<UpAxis> PlanMesh(bool present, const v1::Mesh& mesh, const std::string& field) {
+  if (!present) return FieldError(kInvalid, kInvalidMesh, field, "is required");
+  const absl::StatusOr<UpAxis> axis = UpAxisFromWire(mesh.up_axis());
+  if (!axis.ok()) {
+    return FieldError(kInvalid, kInvalidOption, field + ".up_axis", std::string(axis.status().message()));
+  }
+  return axis;
+}
+
+absl::Status PlanOutputs(const v1::TransferOptions& wire, TransferPlan& plan) {
+  if (wire.outputs().empty()) plan.want_target = true;
+  for (int i = 0; i < wire.outputs_size(); ++i) {
+    switch (wire.outputs(i)) {
+      case v1::TRANSFER_OUTPUT_TARGET:
+        plan.want_target = true;
+        break;
+      case v1::TRANSFER_OUTPUT_SKELETONS:
+        plan.want_skeletons = true;
+        break;
+      case v1::TRANSFER_OUTPUT_WEIGHTS:
+        plan.want_weights = true;
+        break;
+      case v1::TRANSFER_OUTPUT_REFERENCE_WEIGHTS:
+        plan.options.reference_weights = true;
+        break;
+      case v1::TRANSFER_OUTPUT_TRANSFORMS:
+        plan.want_transforms = true;
+        break;
+      default:
+        return UnknownValue(fmt::format("options.outputs[{}]", i), wire.outputs(i));
+    }
+  }
+  return absl::OkStatus();
+}
+
+struct FormatPair {
+  v1::OutputFormat output;
+  MeshFormat file;
+};
+constexpr FormatPair kFileFormats[] = {{v1::OUTPUT_FORMAT_OBJ, MeshFormat::kObj},
+                                       {v1::OUTPUT_FORMAT_PLY, MeshFormat::kPly},
+                                       {v1::OUTPUT_FORMAT_OFF, MeshFormat::kOff},
+                                       {v1::OUTPUT_FORMAT_STL, MeshFormat::kStl},
+                                       {v1::OUTPUT_FORMAT_GLB, MeshFormat::kGlb}};
+
+// The format asked for, or that of the source.
+absl::StatusOr<v1::OutputFormat> PlanFormat(v1::OutputFormat wanted, const v1::Mesh& source) {
+  if (wanted == v1::OUTPUT_FORMAT_UNSPECIFIED && source.data_case() == v1::Mesh::kFile) {
+    const absl::StatusOr<MeshFormat> format = MeshFormatFromWire(source.file().format());
+    if (!format.ok()) {
+      return FieldError(kInvalid, kInvalidMesh, "source.file.format", std::string(format.status().message()));
+    }
+    for (const FormatPair& pair : kFileFormats) {
+      if (pair.file == *format) return pair.output;
+    }
+  }
+  if (wanted == v1::OUTPUT_FORMAT_UNSPECIFIED) return v1::OUTPUT_FORMAT_ARRAYS;
+  if (!v1::OutputFormat_IsValid(wanted)) return UnknownValue("options.target_format", wanted);
+  return wanted;
+}
+
+absl::Status EncodeMesh(const TriangleMesh& mesh, v1::OutputFormat format, v1::UpAxis up_axis,
+                        v1::Mesh* wire) {
+  wire->set_up_axis(up_axis);
+  if (format == v1::OUTPUT_FORMAT_ARRAYS) {
+    MeshToArrays(mesh, wire->mutable_arrays());
+    return absl::OkStatus();
+  }
+  for (const FormatPair& pair : kFileFormats) {
+    if (pair.output != format) continue;
+    STANCE_ASSIGN_OR_RETURN(*wire->mutable_file()->mutable_content(), SerializeMesh(mesh, pair.file));
+    wire->mutable_file()->set_format(MeshFormatToWire(pair.file));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<TransferPlan> PlanTransfer(const v1::TransferRequest& request, const Catalog& catalog) {
+  TransferPlan plan;
+  const v1::TransferOptions& wire = request.options();
+  STANCE_RETURN_IF_ERROR(CommonOptions(wire, catalog, plan.options, plan.model, plan.bone_naming));
+  STANCE_RETURN_IF_ERROR(PlanOutputs(wire, plan));
+  STANCE_ASSIGN_OR_RETURN(plan.options.twist, TwistFromWire(wire.twist()));
+  STANCE_ASSIGN_OR_RETURN(plan.options.source_up, PlanMesh(request.has_source(), request.source(), "source"));
+  STANCE_ASSIGN_OR_RETURN(plan.options.reference_up,
+                          PlanMesh(request.has_reference(), request.reference(), "reference"));
+  STANCE_ASSIGN_OR_RETURN(plan.target_format, PlanFormat(wire.target_format(), request.source()));
+  return plan;
+}
+
+absl::StatusOr<RigPlan> PlanRig(const v1::RigRequest& request, const Catalog& catalog) {
+  RigPlan plan;
+  STANCE_RETURN_IF_ERROR(
+      CommonOptions(request.options(), catalog, plan.options, plan.model, plan.bone_naming));
+  STANCE_ASSIGN_OR_RETURN(plan.options.source_up, PlanMesh(request.has_mesh(), request.mesh(), "mesh"));
+  return plan;
+}
+
+int64_t EstimateVertices(const v1::Mesh& mesh) {
+  constexpr int64_t kBytesPerVertex = 12;
+  // A binary file holds 12 to 32 bytes per vertex and as many again for its two faces; text about twice that.
+  constexpr int64_t kFileBytesPerVertex = 48;
+  const int64_t vertices = mesh.data_case() == v1::Mesh::kFile
+                               ? static_cast<int64_t>(mesh.file().content().size()) / kFileBytesPerVertex
+                               : static_cast<int64_t>(mesh.arrays().positions().size()) / kBytesPerVertex;
+  return std::max<int64_t>(1, vertices);
+}
+
+absl::StatusOr<TriangleMesh> DecodeMesh(const v1::Mesh& mesh, const std::string& field) {
+  absl::StatusOr<TriangleMesh> decoded = MeshFromWire(mesh);
+  if (!decoded.ok()) return NameField(decoded.status(), kInvalidMesh, field);
+  return decoded;
+}
+
+absl::Status EncodeTransfer(const TransferPlan& plan, const TransferResult& result, const Catalog& catalog,
+                            const v1::TransferRequest& request, v1::TransferResponse* response) {
+  if (plan.want_target) {
+    STANCE_RETURN_IF_ERROR(EncodeMesh(result.target, plan.target_format, request.source().up_axis(),
+                                      response->mutable_target()));
+  }
+  if (plan.want_skeletons) {
+    const std::vector<std::string>& names = HumanBoneNames(plan.bone_naming);
+    const std::vector<int>& parents = catalog.skeleton.parents();
+    SkeletonToWire(names, parents, result.source_rig.joints, response->mutable_source_skeleton());
+    SkeletonToWire(names, parents, result.reference_rig.joints, response->mutable_reference_skeleton());
+    SkeletonToWire(names, parents, result.target_joints, response->mutable_target_skeleton());
+  }
+  if (plan.want_weights) WeightsToWire(result.source_rig.weights, response->mutable_weights());
+  if (plan.options.reference_weights) {
+    WeightsToWire(result.reference_rig.weights, response->mutable_reference_weights());
+  }
+  if (plan.want_transforms) TransformsToWire(result.transforms, response->mutable_joint_transforms());
+  for (const std::string& warning : result.warnings) response->add_warnings(warning);
+  PhasesToWire(result.seconds, response->mutable_timings());
+  response->set_model(plan.model);
+  return absl::OkStatus();
+}
+
+void EncodeRig(const RigPlan& plan, const RigResult& result, const Catalog& catalog,
+               v1::RigResponse* response) {
+  SkeletonToWire(HumanBoneNames(plan.bone_naming), catalog.skeleton.parents(), result.rig.joints,
+                 response->mutable_skeleton());
+  WeightsToWire(result.rig.weights, response->mutable_weights());
+  for (const std::string& warning : result.warnings) response->add_warnings(warning);
+  PhasesToWire(result.seconds, response->mutable_timings());
+  response->set_model(plan.model);
+}
+
+v1::Method MethodToWire(Method method) {
+  switch (method) {
+    case Method::kSkeletal:
+      return v1::METHOD_SKELETAL;
+  }
+  return v1::METHOD_UNSPECIFIED;
+}
+
+}  // namespace stance

@@ -1,0 +1,62 @@
+// Requests to core's options and meshes, and core's results to answers.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/base/status.h"
+#include "core/mesh/triangle_mesh.h"
+#include "core/skeleton/bone_names.h"
+#include "core/transfer/pipeline.h"
+#include "stance/v1/pose_transfer.pb.h"
+
+namespace stance {
+
+// What a request may ask for on this server.
+struct Catalog {
+  std::vector<ModelInfo> models;  // the first is the default
+  Skeleton skeleton;
+  MeshLimits limits;
+};
+
+// A Transfer request, understood.
+struct TransferPlan {
+  TransferOptions options;
+  std::string model;
+  bool want_target = false;
+  bool want_skeletons = false;
+  bool want_weights = false;
+  bool want_transforms = false;  // the reference's weights: options.reference_weights
+  v1::OutputFormat target_format = v1::OUTPUT_FORMAT_ARRAYS;  // never unspecified
+  BoneNaming bone_naming = BoneNaming::kSmpl;
+};
+
+// A Rig request, understood.
+struct RigPlan {
+  TransferOptions options;
+  std::string model;
+  BoneNaming bone_naming = BoneNaming::kSmpl;
+};
+
+// Everything about a request but its meshes' content, in constant time. Errors are FieldErrors
+// (status_map.h): INVALID_ARGUMENT, NOT_FOUND for an unknown model, UNIMPLEMENTED for a method that is not
+// available yet.
+absl::StatusOr<TransferPlan> PlanTransfer(const v1::TransferRequest& request, const Catalog& catalog);
+absl::StatusOr<RigPlan> PlanRig(const v1::RigRequest& request, const Catalog& catalog);
+
+// The vertices of a mesh that has not been read yet: exact for arrays, a guess from its bytes for a file.
+int64_t EstimateVertices(const v1::Mesh& mesh);
+
+// The mesh in the request's field `field` ("source"). Errors are FieldErrors.
+absl::StatusOr<TriangleMesh> DecodeMesh(const v1::Mesh& mesh, const std::string& field);
+
+// Fills what the plan asks for; warnings, model and the core's phases always. The request tells the source's
+// axis.
+absl::Status EncodeTransfer(const TransferPlan& plan, const TransferResult& result, const Catalog& catalog,
+                            const v1::TransferRequest& request, v1::TransferResponse* response);
+void EncodeRig(const RigPlan& plan, const RigResult& result, const Catalog& catalog,
+               v1::RigResponse* response);
+
+v1::Method MethodToWire(Method method);
+
+}  // namespace stance

@@ -1,0 +1,152 @@
+#include "server/metrics.h"
+
+#include <fmt/format.h>
+#include <prometheus/counter.h>
+#include <prometheus/exposer.h>
+#include <prometheus/gauge.h>
+#include <prometheus/histogram.h>
+#include <prometheus/registry.h>
+#include <prometheus/text_serializer.h>
+
+#include <array>
+#include <exception>
+#include <mutex>
+#include <sstream>
+
+#include "server/version.h"
+
+namespace stance {
+namespace {
+
+constexpr std::array<const char*, 3> kRpcNames = {"Transfer", "Rig", "GetServerInfo"};
+constexpr std::array<const char*, 9> kPhaseNames = {"queue", "decode",  "check",  "resample", "network",
+                                                    "pose",  "weights", "deform", "encode"};
+constexpr int kCodes = 17;  // OK to UNAUTHENTICATED
+
+// Bounds in seconds: a phase of a small mesh takes microseconds, a request of a million vertices tens of
+// seconds.
+const prometheus::Histogram::BucketBoundaries kSeconds = {0.0001, 0.00025, 0.0005, 0.001, 0.0025, 0.005, 0.01,
+                                                          0.025,  0.05,    0.1,    0.25,  0.5,    0.75,  1,
+                                                          1.5,    2.5,     5,      10,    25,     60};
+const prometheus::Histogram::BucketBoundaries kCounts = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 64};
+const prometheus::Histogram::BucketBoundaries kVertices = {1e3, 3e3, 1e4, 3e4, 1e5, 3e5, 1e6, 3e6};
+
+std::string CodeName(int code) {
+  if (code == 0) return "OK";
+  return absl::StatusCodeToString(static_cast<absl::StatusCode>(code));
+}
+
+}  // namespace
+
+struct Metrics::Impl : prometheus::Collectable {
+  std::vector<prometheus::MetricFamily> Collect() const override {
+    QueueGauges now;
+    {
+      std::lock_guard<std::mutex> guard(mutex);
+      if (read_queue) now = read_queue();
+    }
+    queued_requests->Set(static_cast<double>(now.queued_requests));
+    queued_bytes->Set(static_cast<double>(now.queued_bytes));
+    running_requests->Set(static_cast<double>(now.running_requests));
+    return registry.Collect();
+  }
+
+  prometheus::Registry registry;
+  std::array<std::array<prometheus::Counter*, kCodes>, kRpcNames.size()> requests;
+  std::array<prometheus::Histogram*, kRpcNames.size()> request_seconds;
+  std::array<prometheus::Histogram*, kPhaseNames.size()> phase_seconds;
+  prometheus::Histogram* batch_requests;
+  prometheus::Histogram* batch_vertices;
+  prometheus::Family<prometheus::Counter>* rejections;
+  prometheus::Counter* late_starts;
+  prometheus::Gauge* queued_requests;
+  prometheus::Gauge* queued_bytes;
+  prometheus::Gauge* running_requests;
+  mutable std::mutex mutex;
+  std::function<QueueGauges()> read_queue;  // protected by mutex
+};
+
+Metrics::Metrics() : impl_(std::make_shared<Impl>()) {
+  prometheus::Registry& registry = impl_->registry;
+  const auto counter = [&](const char* name, const char* help) -> prometheus::Family<prometheus::Counter>& {
+    return prometheus::BuildCounter().Name(name).Help(help).Register(registry);
+  };
+  const auto histogram = [&](const char* name,
+                             const char* help) -> prometheus::Family<prometheus::Histogram>& {
+    return prometheus::BuildHistogram().Name(name).Help(help).Register(registry);
+  };
+  const auto gauge = [&](const char* name, const char* help) {
+    return &prometheus::BuildGauge().Name(name).Help(help).Register(registry).Add({});
+  };
+  auto& requests = counter("stance_requests_total", "Requests answered, by RPC and code");
+  auto& seconds = histogram("stance_request_seconds", "From a request's arrival to its answer, seconds");
+  for (size_t rpc = 0; rpc < kRpcNames.size(); ++rpc) {
+    for (int code = 0; code < kCodes; ++code) {
+      impl_->requests[rpc][static_cast<size_t>(code)] =
+          &requests.Add({{"rpc", kRpcNames[rpc]}, {"code", CodeName(code)}});
+    }
+    impl_->request_seconds[rpc] = &seconds.Add({{"rpc", kRpcNames[rpc]}}, kSeconds);
+  }
+  auto& phases = histogram("stance_phase_seconds", "Time of a request in each phase, seconds");
+  for (size_t phase = 0; phase < kPhaseNames.size(); ++phase) {
+    impl_->phase_seconds[phase] = &phases.Add({{"phase", kPhaseNames[phase]}}, kSeconds);
+  }
+  impl_->batch_requests = &histogram("stance_batch_requests", "Requests in a batch").Add({}, kCounts);
+  impl_->batch_vertices = &histogram("stance_batch_vertices", "Vertices in a batch").Add({}, kVertices);
+  impl_->rejections = &counter("stance_rejections_total", "Requests that were not run, by reason");
+  impl_->late_starts =
+      &counter("stance_late_starts_total", "Requests that began to run after their deadline").Add({});
+  impl_->queued_requests = gauge("stance_queued_requests", "Requests waiting for a worker");
+  impl_->queued_bytes = gauge("stance_queued_bytes", "Bytes of requests waiting for a worker");
+  impl_->running_requests = gauge("stance_running_requests", "Requests being run");
+  prometheus::BuildGauge()
+      .Name("stance_build_info")
+      .Help("1, with the server's version")
+      .Register(registry)
+      .Add({{"version", kVersion}})
+      .Set(1);
+}
+
+Metrics::~Metrics() = default;
+
+void Metrics::ObserveRequest(Rpc rpc, absl::StatusCode code, double seconds) {
+  const auto row = static_cast<size_t>(rpc);
+  const int column = static_cast<int>(code);
+  impl_->requests[row][static_cast<size_t>(column < kCodes ? column : 2)]->Increment();
+  impl_->request_seconds[row]->Observe(seconds);
+}
+
+void Metrics::ObservePhase(Phase phase, double seconds) {
+  impl_->phase_seconds[static_cast<size_t>(phase)]->Observe(seconds);
+}
+
+void Metrics::ObserveBatch(int64_t requests, int64_t vertices) {
+  impl_->batch_requests->Observe(static_cast<double>(requests));
+  impl_->batch_vertices->Observe(static_cast<double>(vertices));
+}
+
+void Metrics::CountRejection(const std::string& reason) {
+  impl_->rejections->Add({{"reason", reason}}).Increment();
+}
+
+void Metrics::CountLateStart() { impl_->late_starts->Increment(); }
+
+void Metrics::SetQueueSource(std::function<QueueGauges()> read) {
+  std::lock_guard<std::mutex> guard(impl_->mutex);
+  impl_->read_queue = std::move(read);
+}
+
+std::string Metrics::Page() const { return prometheus::TextSerializer().Serialize(impl_->Collect()); }
+
+absl::StatusOr<int> Metrics::Serve(const std::string& address) {
+  try {
+    exposer_ = std::make_unique<prometheus::Exposer>(address, 1);
+  } catch (const std::exception& error) {
+    return absl::UnavailableError(
+        fmt::format("metrics.listen: {} can't be bound: {}", address, error.what()));
+  }
+  exposer_->RegisterCollectable(impl_);
+  return exposer_->GetListeningPorts().front();
+}
+
+}  // namespace stance

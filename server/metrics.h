@@ -1,0 +1,62 @@
+// What operators measure. Names and labels stand in docs/operations.md.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/status.h"
+
+namespace prometheus {
+class Exposer;
+}
+
+namespace stance {
+
+// One RPC method, as a label.
+enum class Rpc { kTransfer, kRig, kGetServerInfo };
+
+// Where the time of a request goes.
+enum class Phase { kQueue, kDecode, kCheck, kResample, kNetwork, kPose, kWeights, kDeform, kEncode };
+
+// The queue as it stands; read at each scrape.
+struct QueueGauges {
+  int64_t queued_requests = 0;
+  int64_t queued_bytes = 0;
+  int64_t running_requests = 0;
+};
+
+// Counters, histograms (in seconds) and their page. Thread-safe; an observation costs tens of nanoseconds, as
+// every label combination's handle is made beforehand.
+class Metrics {
+ public:
+  Metrics();
+  ~Metrics();
+
+  void ObserveRequest(Rpc rpc, absl::StatusCode code, double seconds);
+  void ObservePhase(Phase phase, double seconds);
+  void ObserveBatch(int64_t requests, int64_t vertices);
+  // A request that was not run, by the ErrorInfo reason.
+  void CountRejection(const std::string& reason);
+  // A request that started to run after its deadline: stays 0.
+  void CountLateStart();
+
+  // Where the queue's gauges come from; nullptr: they are 0. `read` is called from the scraping thread.
+  void SetQueueSource(std::function<QueueGauges()> read);
+
+  // The page in Prometheus's text format.
+  std::string Page() const;
+
+  // Serves the page on http://HOST:PORT/metrics from now on and returns the port. UNAVAILABLE, with the
+  // address, if it can't be bound.
+  absl::StatusOr<int> Serve(const std::string& address);
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;  // shared with the page's scrapes
+  std::unique_ptr<prometheus::Exposer> exposer_;
+};
+
+}  // namespace stance

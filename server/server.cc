@@ -1,0 +1,195 @@
+#include "server/server.h"
+
+#include <fmt/format.h>
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/grpcpp.h>
+#include <grpcpp/health_check_service_interface.h>
+
+#include <thread>
+
+#include "core/transfer/pipeline.h"
+#include "proto/wire/mesh_wire.h"
+#include "server/log.h"
+#include "server/pose_transfer_calls.h"
+#include "server/services.h"
+#include "server/version.h"
+
+namespace stance {
+namespace {
+
+// Health watchers are open-ended streams; this long after the last call has finished they are cut.
+constexpr std::chrono::milliseconds kWatcherGrace(200);
+
+Duration Seconds(double seconds) {
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
+}
+
+// The address with its port replaced: the one that was bound.
+std::string WithPort(const std::string& address, int port) {
+  return fmt::format("{}:{}", address.substr(0, address.rfind(':')), port);
+}
+
+BatcherOptions BatchingOf(const ServerConfig& config) {
+  return {.max_batch_items = static_cast<int>(config.batching_max_batch_requests),
+          .max_batch_cost = config.batching_max_batch_vertices,
+          .max_queued_items = config.batching_max_queued_requests,
+          .max_queued_bytes = config.batching_max_queued_bytes};
+}
+
+v1::GetServerInfoResponse InfoOf(const ServerConfig& config, const Catalog& catalog) {
+  v1::GetServerInfoResponse info;
+  info.set_version(kVersion);
+  for (const ModelInfo& model : catalog.models) {
+    v1::Model* wire = info.add_models();
+    wire->set_name(model.name);
+    wire->set_version(model.version);
+    wire->set_method(MethodToWire(model.method));
+    wire->set_joint_count(static_cast<uint32_t>(model.joint_count));
+    wire->set_parameter_count(static_cast<uint64_t>(model.parameter_count));
+    wire->set_sample_count(static_cast<uint64_t>(model.sample_count));
+  }
+  info.add_methods(v1::METHOD_SKELETAL);
+  for (MeshFormat format :
+       {MeshFormat::kObj, MeshFormat::kPly, MeshFormat::kOff, MeshFormat::kStl, MeshFormat::kGlb}) {
+    info.add_formats(MeshFormatToWire(format));
+  }
+  v1::Limits* limits = info.mutable_limits();
+  limits->set_max_message_bytes(static_cast<uint64_t>(config.server_max_message_bytes));
+  limits->set_max_vertices(static_cast<uint64_t>(config.limits_max_vertices));
+  limits->set_max_faces(static_cast<uint64_t>(config.limits_max_faces));
+  limits->set_max_queued_requests(static_cast<uint64_t>(config.batching_max_queued_requests));
+  limits->set_max_queued_bytes(static_cast<uint64_t>(config.batching_max_queued_bytes));
+  limits->set_max_batch_requests(static_cast<uint32_t>(config.batching_max_batch_requests));
+  limits->set_max_batch_vertices(static_cast<uint64_t>(config.batching_max_batch_vertices));
+  return info;
+}
+
+class AssembledServer : public Server {
+ public:
+  AssembledServer(const ServerConfig& config, std::unique_ptr<Pipeline> pipeline)
+      : config_(config),
+        pipeline_(std::move(pipeline)),
+        catalog_{pipeline_->models(),
+                 pipeline_->skeleton(),
+                 {config.limits_max_vertices, config.limits_max_faces}},
+        runner_(BatchingOf(config), static_cast<int>(config.inference_workers),
+                [this](std::span<CallRunner::Item> batch) {
+                  RunCalls(*pipeline_, metrics_, RealClock(), batch);
+                }),
+        serving_{metrics_, runner_, RealClock(), active_},
+        pose_transfer_(serving_, catalog_),
+        server_info_(InfoOf(config, catalog_), metrics_) {
+    metrics_.SetQueueSource([this] {
+      const CallRunner::Stats stats = runner_.stats();
+      return QueueGauges{stats.queued_items, stats.queued_bytes, stats.running_items};
+    });
+  }
+
+  ~AssembledServer() override {
+    if (server_ != nullptr) Drain();
+    metrics_.SetQueueSource(nullptr);
+  }
+
+  absl::Status Listen() {
+    if (!config_.metrics_listen.empty()) {
+      STANCE_ASSIGN_OR_RETURN(const int port, metrics_.Serve(config_.metrics_listen));
+      metrics_address_ = WithPort(config_.metrics_listen, port);
+    }
+    grpc::EnableDefaultHealthCheckService(true);
+    if (config_.server_reflection) grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+    grpc::ServerBuilder builder;
+    int port = 0;
+    builder.AddListeningPort(config_.server_listen, grpc::InsecureServerCredentials(), &port);
+    builder.RegisterService(&pose_transfer_);
+    builder.RegisterService(&server_info_);
+    Configure(builder);
+    server_ = builder.BuildAndStart();
+    if (server_ == nullptr || port == 0) {
+      server_.reset();
+      return absl::UnavailableError(fmt::format("server.listen: {} can't be bound", config_.server_listen));
+    }
+    address_ = WithPort(config_.server_listen, port);
+    SetServing(true);
+    return absl::OkStatus();
+  }
+
+  std::string address() const override { return address_; }
+  std::string metrics_address() const override { return metrics_address_; }
+
+  bool Drain() override {
+    SetServing(false);
+    std::this_thread::sleep_for(Seconds(config_.server_lame_duck_seconds));
+    const TimePoint deadline = RealClock().Now() + Seconds(config_.server_drain_timeout_seconds);
+    const bool complete = runner_.Drain(deadline);
+    // Every call now has its answer; what is left is to send them. Only then is the transport closed, as
+    // closing it gives no more than its own deadline to every stream, health watchers included.
+    const bool sent = active_.AwaitNone(std::max(deadline, RealClock().Now() + kWatcherGrace));
+    server_->Shutdown(std::chrono::system_clock::now() + kWatcherGrace);
+    server_.reset();
+    return complete && sent;
+  }
+
+ private:
+  void Configure(grpc::ServerBuilder& builder) const {
+    const auto milliseconds = [](double seconds) { return static_cast<int>(seconds * 1000); };
+    builder.SetMaxReceiveMessageSize(static_cast<int>(config_.server_max_message_bytes));
+    builder.SetMaxSendMessageSize(static_cast<int>(config_.server_max_message_bytes));
+    grpc::ResourceQuota quota("stance");
+    quota.Resize(static_cast<size_t>(config_.server_memory_quota_bytes));
+    builder.SetResourceQuota(quota);
+    // A second server on the same port would take half of the connections without anyone noticing.
+    builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+    builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, milliseconds(config_.server_keepalive_seconds));
+    builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
+    // Clients may ping as often as this server does, with calls or without.
+    builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+    builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 10'000);
+    if (config_.server_max_connection_age_seconds > 0) {
+      builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS,
+                                 milliseconds(config_.server_max_connection_age_seconds));
+    }
+  }
+
+  void SetServing(bool serving) {
+    grpc::HealthCheckServiceInterface* health = server_->GetHealthCheckService();
+    for (const char* service :
+         {"", v1::PoseTransferService::service_full_name(), v1::ServerInfoService::service_full_name()}) {
+      health->SetServingStatus(service, serving);
+    }
+  }
+
+  const ServerConfig config_;
+  const std::unique_ptr<Pipeline> pipeline_;
+  const Catalog catalog_;
+  Metrics metrics_;
+  ActiveCalls active_;
+  CallRunner runner_;
+  const Serving serving_;
+  PoseTransferServiceImpl pose_transfer_;
+  ServerInfoServiceImpl server_info_;
+  std::unique_ptr<grpc::Server> server_;  // destroyed first: its calls use everything above
+  std::string address_;
+  std::string metrics_address_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerConfig& config) {
+  absl::StatusOr<std::unique_ptr<Pipeline>> pipeline =
+      Pipeline::Load(config.model_directory, {.threads = static_cast<int>(config.inference_threads)});
+  if (!pipeline.ok()) {
+    return absl::Status(pipeline.status().code(),
+                        fmt::format("model.directory: {}", std::string(pipeline.status().message())));
+  }
+  auto server = std::make_unique<AssembledServer>(config, *std::move(pipeline));
+  STANCE_RETURN_IF_ERROR(server->Listen());
+  Log(LogLevel::kInfo, "serving",
+      {{"address", server->address()},
+       {"metrics", server->metrics_address()},
+       {"version", std::string(kVersion)},
+       {"workers", config.inference_workers},
+       {"threads", config.inference_threads}});
+  return std::unique_ptr<Server>(std::move(server));
+}
+
+}  // namespace stance

@@ -1,0 +1,58 @@
+#include "server/metrics.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace stance {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(MetricsTest, CountsByLabel) {
+  Metrics metrics;
+  metrics.ObserveRequest(Rpc::kTransfer, absl::StatusCode::kOk, 0.2);
+  metrics.ObserveRequest(Rpc::kTransfer, absl::StatusCode::kOk, 0.3);
+  metrics.ObserveRequest(Rpc::kRig, absl::StatusCode::kUnavailable, 0.001);
+  metrics.ObservePhase(Phase::kNetwork, 0.5);
+  metrics.ObserveBatch(3, 20'000);
+  metrics.CountRejection("QUEUE_FULL");
+  metrics.CountRejection("QUEUE_FULL");
+  metrics.CountLateStart();
+  const std::string page = metrics.Page();
+  EXPECT_THAT(page, HasSubstr("stance_requests_total{code=\"OK\",rpc=\"Transfer\"} 2"));
+  EXPECT_THAT(page, HasSubstr("stance_requests_total{code=\"UNAVAILABLE\",rpc=\"Rig\"} 1"));
+  EXPECT_THAT(page, HasSubstr("stance_request_seconds_count{rpc=\"Transfer\"} 2"));
+  EXPECT_THAT(page, HasSubstr("stance_request_seconds_sum{rpc=\"Transfer\"} 0.5"));
+  EXPECT_THAT(page, HasSubstr("stance_phase_seconds_bucket{phase=\"network\",le=\"0.5\"} 1"));
+  EXPECT_THAT(page, HasSubstr("stance_phase_seconds_bucket{phase=\"network\",le=\"0.25\"} 0"));
+  EXPECT_THAT(page, HasSubstr("stance_batch_requests_sum 3"));
+  EXPECT_THAT(page, HasSubstr("stance_batch_vertices_sum 20000"));
+  EXPECT_THAT(page, HasSubstr("stance_rejections_total{reason=\"QUEUE_FULL\"} 2"));
+  EXPECT_THAT(page, HasSubstr("stance_late_starts_total 1"));
+}
+
+TEST(MetricsTest, ReadsTheQueueAtEachScrape) {
+  Metrics metrics;
+  int64_t waiting = 4;
+  metrics.SetQueueSource([&waiting] { return QueueGauges{waiting, 500, 2}; });
+  EXPECT_THAT(metrics.Page(), HasSubstr("stance_queued_requests 4"));
+  waiting = 0;
+  const std::string page = metrics.Page();
+  EXPECT_THAT(page, HasSubstr("stance_queued_requests 0"));
+  EXPECT_THAT(page, HasSubstr("stance_queued_bytes 500"));
+  EXPECT_THAT(page, HasSubstr("stance_running_requests 2"));
+  metrics.SetQueueSource(nullptr);
+  EXPECT_THAT(metrics.Page(), HasSubstr("stance_queued_bytes 0"));
+}
+
+TEST(MetricsTest, ATakenAddressIsRefused) {
+  Metrics first, second;
+  const absl::StatusOr<int> port = first.Serve("127.0.0.1:0");
+  ASSERT_TRUE(port.ok()) << port.status();
+  const absl::StatusOr<int> again = second.Serve("127.0.0.1:" + std::to_string(*port));
+  EXPECT_EQ(again.status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_THAT(std::string(again.status().message()), HasSubstr("metrics.listen"));
+}
+
+}  // namespace
+}  // namespace stance
