@@ -48,7 +48,7 @@ enum class UpAxis { kY, kZ, kX };
 
 struct TransferOptions {
   Method method = Method::kSkeletal;
-  SmoothingOptions smoothing;
+  SmoothingOptions smoothing{};
   Twist twist = Twist::kPaper;
   UpAxis source_up = UpAxis::kY;
   UpAxis reference_up = UpAxis::kY;
@@ -56,7 +56,7 @@ struct TransferOptions {
   int max_influences = 4;
   // Also smooth the reference's weights, which the transfer itself doesn't need.
   bool reference_weights = false;
-  MeshLimits limits;
+  MeshLimits limits{};
 };
 
 // One mesh with its skeleton and smooth weights. Joints are in the mesh's own frame and unit.

@@ -5,38 +5,32 @@
 #include "core/base/files.h"
 #include "core/mesh/resample.h"
 #include "tests/support/meshes.h"
+#include "tests/support/untrained_model.h"
 
 namespace stance {
 namespace {
 
-class UntrainedModel : public ::testing::Test {
+class SkeletalModelTest : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    dir_ = std::filesystem::path(::testing::TempDir()) / "untrained_model";
-    ModelManifest manifest;
-    manifest.name = "untrained";
-    manifest.version = "0";
-    manifest.samples = 256;
-    ASSERT_TRUE(SkeletalModel::WriteUntrained(dir_, 4, manifest).ok());
-  }
-  static void TearDownTestSuite() { std::filesystem::remove_all(dir_); }
+  static void SetUpTestSuite() { files_ = std::make_unique<testing::UntrainedModel>(256); }
+  static void TearDownTestSuite() { files_.reset(); }
 
   static NetworkInput InputOf(const TriangleMesh& mesh, int64_t samples) {
     SurfaceSamples s = ResampleSurface(mesh, {samples, 12});
     return {s.points, s.one_ring};
   }
-  static inline std::filesystem::path dir_;
+  static inline std::unique_ptr<testing::UntrainedModel> files_;
 };
 
-TEST_F(UntrainedModel, LoadsWithItsManifestAndParameterCount) {
-  const auto model = SkeletalModel::Load(dir_);
+TEST_F(SkeletalModelTest, LoadsWithItsManifestAndParameterCount) {
+  const auto model = SkeletalModel::Load(files_->dir());
   ASSERT_TRUE(model.ok()) << model.status();
   EXPECT_EQ((*model)->manifest().samples, 256);
   EXPECT_EQ((*model)->parameter_count(), 3'377'691);
 }
 
-TEST_F(UntrainedModel, BatchesOfAnySizesEqualSoloRunsAndConfidencesSumToOne) {
-  const auto model = SkeletalModel::Load(dir_);
+TEST_F(SkeletalModelTest, BatchesOfAnySizesEqualSoloRunsAndConfidencesSumToOne) {
+  const auto model = SkeletalModel::Load(files_->dir());
   ASSERT_TRUE(model.ok());
   const std::vector<NetworkInput> inputs = {InputOf(testing::Capsule(), 256), InputOf(testing::Box(), 64),
                                             InputOf(testing::Icosphere(3), 128)};
@@ -56,8 +50,8 @@ TEST_F(UntrainedModel, BatchesOfAnySizesEqualSoloRunsAndConfidencesSumToOne) {
   }
 }
 
-TEST_F(UntrainedModel, JointsMoveAndScaleWithTheInput) {
-  const auto model = SkeletalModel::Load(dir_);
+TEST_F(SkeletalModelTest, JointsMoveAndScaleWithTheInput) {
+  const auto model = SkeletalModel::Load(files_->dir());
   ASSERT_TRUE(model.ok());
   NetworkInput input = InputOf(testing::Capsule(), 256);
   const Points before = (*(*model)->Infer({&input, 1}, 1))[0].joints;
@@ -66,17 +60,17 @@ TEST_F(UntrainedModel, JointsMoveAndScaleWithTheInput) {
   EXPECT_LT(((before * 2).rowwise() + Eigen::RowVector3f(4, 8, -16) - after).cwiseAbs().maxCoeff(), 1e-2f);
 }
 
-TEST_F(UntrainedModel, NoInputGivesNoPrediction) {
-  const auto model = SkeletalModel::Load(dir_);
+TEST_F(SkeletalModelTest, NoInputGivesNoPrediction) {
+  const auto model = SkeletalModel::Load(files_->dir());
   ASSERT_TRUE(model.ok());
   EXPECT_TRUE((*model)->Infer({}, 1)->empty());
 }
 
-TEST_F(UntrainedModel, ADamagedOrMissingModelIsRefused) {
+TEST_F(SkeletalModelTest, ADamagedOrMissingModelIsRefused) {
   EXPECT_EQ(SkeletalModel::Load("/nonexistent").status().code(), absl::StatusCode::kNotFound);
   const auto copy = std::filesystem::path(::testing::TempDir()) / "damaged_model";
   std::filesystem::remove_all(copy);
-  std::filesystem::copy(dir_, copy);
+  std::filesystem::copy(files_->dir(), copy);
   std::string bytes = *ReadFile(copy / "weights.safetensors");
   bytes.resize(bytes.size() / 2);
   ASSERT_TRUE(WriteFile(copy / "weights.safetensors", bytes).ok());

@@ -86,8 +86,9 @@ TEST_P(EitherTwist, SurvivesEveryDegeneracy) {
   Puppet unbound = source;  // every vertex bound to the pelvis: leaves without vertices
   unbound.rig.weights.setZero();
   unbound.rig.weights.col(0).setOnes();
-  for (const Puppet* a : {&source, &opposite, &collapsed, &unbound}) {
-    for (const Puppet* b : {&source, &opposite, &collapsed, &unbound}) {
+  const std::vector<const Puppet*> puppets = {&source, &opposite, &collapsed, &unbound};
+  for (const Puppet* a : puppets) {
+    for (const Puppet* b : puppets) {
       for (const Rotation& r : Solve(*a, *b, GetParam())) {
         ASSERT_TRUE(r.allFinite());
         EXPECT_NEAR(r.determinant(), 1, 1e-3);

@@ -5,9 +5,9 @@
 #include <Eigen/Geometry>
 #include <limits>
 
-#include "core/network/skeletal_model.h"
 #include "tests/support/meshes.h"
 #include "tests/support/puppet.h"
+#include "tests/support/untrained_model.h"
 
 namespace stance {
 namespace {
@@ -16,21 +16,12 @@ namespace {
 class PipelineTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    dir_ = std::filesystem::path(::testing::TempDir()) / "pipeline_model";
-    ModelManifest manifest;
-    manifest.name = "untrained";
-    manifest.version = "0";
-    manifest.samples = 256;
-    ASSERT_TRUE(SkeletalModel::WriteUntrained(dir_, 2, manifest).ok());
-    auto pipeline = Pipeline::Load(dir_, {.threads = 2});
+    const testing::UntrainedModel files(256);
+    auto pipeline = Pipeline::Load(files.dir(), {.threads = 2});
     ASSERT_TRUE(pipeline.ok()) << pipeline.status();
     pipeline_ = std::move(*pipeline);
   }
-  static void TearDownTestSuite() {
-    pipeline_.reset();
-    std::filesystem::remove_all(dir_);
-  }
-  static inline std::filesystem::path dir_;
+  static void TearDownTestSuite() { pipeline_.reset(); }
   static inline std::unique_ptr<Pipeline> pipeline_;
 };
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/meshes.h"
+#include "tests/support/untrained_model.h"
 
 namespace stance {
 namespace {
@@ -10,16 +11,10 @@ namespace {
 class SkeletalRiggerTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    const auto dir = std::filesystem::path(::testing::TempDir()) / "rigger_model";
-    ModelManifest manifest;
-    manifest.name = "untrained";
-    manifest.version = "0";
-    manifest.samples = 200;
-    ASSERT_TRUE(SkeletalModel::WriteUntrained(dir, 2, manifest).ok());
-    auto model = SkeletalModel::Load(dir);
+    const testing::UntrainedModel files(200);
+    auto model = SkeletalModel::Load(files.dir());
     ASSERT_TRUE(model.ok()) << model.status();
     model_ = std::move(*model);
-    std::filesystem::remove_all(dir);
   }
   static void TearDownTestSuite() { model_.reset(); }
   static inline std::unique_ptr<SkeletalModel> model_;

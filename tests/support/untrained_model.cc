@@ -1,0 +1,26 @@
+#include "tests/support/untrained_model.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "core/base/check.h"
+#include "core/network/skeletal_model.h"
+
+namespace stance::testing {
+
+UntrainedModel::UntrainedModel(int64_t samples, uint64_t seed)
+    : dir_(std::filesystem::temp_directory_path() /
+           fmt::format("stance_untrained_{}_{}_{}", getpid(), samples, seed)) {
+  ModelManifest manifest;
+  manifest.name = "untrained";
+  manifest.version = "test";
+  manifest.samples = samples;
+  STANCE_CHECK(SkeletalModel::WriteUntrained(dir_, seed, manifest).ok());
+}
+
+UntrainedModel::~UntrainedModel() {
+  std::error_code ignored;
+  std::filesystem::remove_all(dir_, ignored);
+}
+
+}  // namespace stance::testing
