@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/mesh/measure.h"
 #include "core/mesh/metrics.h"
 #include "core/skeleton/skeleton.h"
 #include "core/transfer/up_axis.h"
@@ -28,6 +29,15 @@ UprightMesh Upright(const Points& positions, const Faces& faces, const Points& j
   upright.mesh.faces = faces;
   upright.joints = joints * ToYUp(up).transpose();
   return upright;
+}
+
+// A reference in centimetres beside a source in metres would fill the picture, or vanish: where the two
+// statures differ by more than any two people's, the reference is drawn at the source's.
+float ReferenceScale(const TriangleMesh& source, const TriangleMesh& reference) {
+  const double ratio = EstimateStature(source.positions, source.faces) /
+                       std::max(1e-12, EstimateStature(reference.positions, reference.faces));
+  constexpr double kMostBetweenPeople = 4;
+  return ratio > kMostBetweenPeople || ratio < 1 / kMostBetweenPeople ? static_cast<float>(ratio) : 1.0f;
 }
 
 // Hues a golden angle apart, so that neighbouring joints look different.
@@ -63,8 +73,9 @@ Image RenderTransfer(const TriangleMesh& source, const TriangleMesh& reference, 
                      const Points* truth, double stature, const PictureOptions& options) {
   const UprightMesh upright_source =
       Upright(source.positions, source.faces, result.source_rig.joints, options.source_up);
-  const UprightMesh upright_reference =
-      Upright(reference.positions, reference.faces, result.reference_rig.joints, options.reference_up);
+  const float scale = ReferenceScale(source, reference);
+  const UprightMesh upright_reference = Upright(reference.positions * scale, reference.faces,
+                                                result.reference_rig.joints * scale, options.reference_up);
   const UprightMesh upright_target =
       Upright(result.target.positions, source.faces, result.target_joints, options.source_up);
   UprightMesh upright_truth;
