@@ -1,0 +1,59 @@
+// What a transfer or a rig answers, whether it ran on a server or in this process.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/skeleton/bone_names.h"
+#include "core/transfer/pipeline.h"
+
+namespace stance {
+
+// J names, SMPL's for a human skeleton, and parents; parents[0] is -1 and every parent precedes its children.
+struct JointTree {
+  std::vector<std::string> names;
+  std::vector<int> parents;
+};
+
+// Gives the joints of the human skeleton their names in `naming`. Leaves another skeleton alone.
+void NameBones(BoneNaming naming, JointTree* joints);
+
+// Seconds that only a server spends.
+struct ServiceSeconds {
+  double queue = 0;
+  double decode = 0;
+  double encode = 0;
+};
+
+struct TransferAnswer {
+  JointTree joints;
+  TransferResult result;  // weights have no rows where they were not asked for
+  ServiceSeconds service;
+  std::string model;
+  std::string request_id;  // empty in this process
+};
+
+struct RigAnswer {
+  JointTree joints;
+  RigResult result;
+  ServiceSeconds service;
+  std::string model;
+  std::string request_id;
+};
+
+struct ServerInfo {
+  std::string version;
+  std::vector<ModelInfo> models;  // the first is the default
+  std::vector<std::string> methods;
+  std::vector<std::string> formats;
+  int64_t max_message_bytes = 0;
+  int64_t max_vertices = 0;  // of one mesh
+  int64_t max_faces = 0;
+  int64_t max_queued_requests = 0;
+  int64_t max_queued_bytes = 0;
+  int64_t max_batch_requests = 0;
+  int64_t max_batch_vertices = 0;
+};
+
+}  // namespace stance

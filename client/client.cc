@@ -1,0 +1,72 @@
+#include "client/client.h"
+
+#include <grpcpp/channel.h>
+#include <grpcpp/client_context.h>
+
+#include <utility>
+
+#include "client/request.h"
+#include "client/response.h"
+#include "stance/v1/pose_transfer.grpc.pb.h"
+#include "stance/v1/server_info.grpc.pb.h"
+
+namespace stance {
+namespace {
+
+void SetDeadline(const CallOptions& call, grpc::ClientContext* context) {
+  context->set_deadline(std::chrono::system_clock::now() +
+                        std::chrono::duration_cast<std::chrono::system_clock::duration>(call.timeout));
+}
+
+}  // namespace
+
+struct StanceClient::Stubs {
+  explicit Stubs(std::shared_ptr<grpc::Channel> channel)
+      : transfer(v1::PoseTransferService::NewStub(channel)), info(v1::ServerInfoService::NewStub(channel)) {}
+
+  const std::unique_ptr<v1::PoseTransferService::Stub> transfer;
+  const std::unique_ptr<v1::ServerInfoService::Stub> info;
+};
+
+absl::StatusOr<std::unique_ptr<StanceClient>> StanceClient::Connect(const ClientOptions& options) {
+  STANCE_ASSIGN_OR_RETURN(std::shared_ptr<grpc::Channel> channel, ConnectChannel(options));
+  return std::unique_ptr<StanceClient>(new StanceClient(std::make_unique<Stubs>(std::move(channel))));
+}
+
+StanceClient::StanceClient(std::unique_ptr<Stubs> stubs) : stubs_(std::move(stubs)) {}
+StanceClient::~StanceClient() = default;
+
+absl::StatusOr<TransferAnswer> StanceClient::Transfer(const TriangleMesh& source,
+                                                      const TriangleMesh& reference,
+                                                      const TransferOptions& options,
+                                                      const CallOptions& call) const {
+  const v1::TransferRequest request = MakeTransferRequest(source, reference, options, call);
+  v1::TransferResponse response;
+  grpc::ClientContext context;
+  SetDeadline(call, &context);
+  const grpc::Status status = stubs_->transfer->Transfer(&context, request, &response);
+  if (!status.ok()) return FromGrpcStatus(status);
+  return ReadTransferResponse(response, source);
+}
+
+absl::StatusOr<RigAnswer> StanceClient::Rig(const TriangleMesh& mesh, const TransferOptions& options,
+                                            const CallOptions& call) const {
+  const v1::RigRequest request = MakeRigRequest(mesh, options, call);
+  v1::RigResponse response;
+  grpc::ClientContext context;
+  SetDeadline(call, &context);
+  const grpc::Status status = stubs_->transfer->Rig(&context, request, &response);
+  if (!status.ok()) return FromGrpcStatus(status);
+  return ReadRigResponse(response, mesh);
+}
+
+absl::StatusOr<ServerInfo> StanceClient::GetServerInfo(const CallOptions& call) const {
+  v1::GetServerInfoResponse response;
+  grpc::ClientContext context;
+  SetDeadline(call, &context);
+  const grpc::Status status = stubs_->info->GetServerInfo(&context, {}, &response);
+  if (!status.ok()) return FromGrpcStatus(status);
+  return ReadServerInfo(response);
+}
+
+}  // namespace stance

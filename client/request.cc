@@ -1,0 +1,94 @@
+#include "client/request.h"
+
+#include "proto/wire/mesh_wire.h"
+
+namespace stance {
+namespace {
+
+v1::Method MethodToWire(Method method) {
+  switch (method) {
+    case Method::kSkeletal:
+      return v1::METHOD_SKELETAL;
+  }
+  return v1::METHOD_UNSPECIFIED;
+}
+
+v1::Twist TwistToWire(Twist twist) {
+  switch (twist) {
+    case Twist::kInherited:
+      return v1::TWIST_INHERITED;
+    case Twist::kPaper:
+      break;
+  }
+  return v1::TWIST_SMALLEST;
+}
+
+// Only the parameter of the chosen kind may be set.
+void SmoothingToWire(const SmoothingOptions& smoothing, v1::WeightSmoothing* wire) {
+  switch (smoothing.kind) {
+    case SmoothingKind::kMetric:
+      wire->set_kind(v1::SMOOTHING_KIND_METRIC);
+      wire->set_length(smoothing.length);
+      break;
+    case SmoothingKind::kHopwise:
+      wire->set_kind(v1::SMOOTHING_KIND_HOPWISE);
+      wire->set_lambda(smoothing.lambda);
+      break;
+    case SmoothingKind::kNone:
+      wire->set_kind(v1::SMOOTHING_KIND_NONE);
+      break;
+  }
+}
+
+// The fields that both requests' options have in common.
+template <typename WireOptions>
+void OptionsToWire(const TransferOptions& options, const CallOptions& call, WireOptions* wire) {
+  wire->set_method(MethodToWire(options.method));
+  wire->set_model(call.model);
+  SmoothingToWire(options.smoothing, wire->mutable_smoothing());
+  wire->set_max_influences(static_cast<uint32_t>(options.max_influences));
+  // Other names are given here (NameBones), whether or not the server knows them.
+  wire->set_bone_naming(v1::BONE_NAMING_SMPL);
+}
+
+void GeometryToWire(const TriangleMesh& mesh, UpAxis up, v1::Mesh* wire) {
+  TriangleMesh geometry;
+  geometry.positions = mesh.positions;
+  geometry.faces = mesh.faces;
+  MeshToArrays(geometry, wire->mutable_arrays());
+  wire->set_up_axis(UpAxisToWire(up));
+}
+
+}  // namespace
+
+v1::TransferRequest MakeTransferRequest(const TriangleMesh& source, const TriangleMesh& reference,
+                                        const TransferOptions& options, const CallOptions& call) {
+  v1::TransferRequest request;
+  GeometryToWire(source, options.source_up, request.mutable_source());
+  request.mutable_source()->mutable_arrays()->set_normals(source.normals.data(),
+                                                          source.normals.size() * sizeof(float));
+  GeometryToWire(reference, options.reference_up, request.mutable_reference());
+  OptionsToWire(options, call, request.mutable_options());
+  request.mutable_options()->add_outputs(v1::TRANSFER_OUTPUT_TARGET);
+  request.mutable_options()->add_outputs(v1::TRANSFER_OUTPUT_SKELETONS);
+  request.mutable_options()->add_outputs(v1::TRANSFER_OUTPUT_TRANSFORMS);
+  if (call.want_weights) request.mutable_options()->add_outputs(v1::TRANSFER_OUTPUT_WEIGHTS);
+  if (options.reference_weights) {
+    request.mutable_options()->add_outputs(v1::TRANSFER_OUTPUT_REFERENCE_WEIGHTS);
+  }
+  request.mutable_options()->set_twist(TwistToWire(options.twist));
+  request.mutable_options()->set_target_format(v1::OUTPUT_FORMAT_ARRAYS);
+  request.set_request_id(call.request_id);
+  return request;
+}
+
+v1::RigRequest MakeRigRequest(const TriangleMesh& mesh, const TransferOptions& options,
+                              const CallOptions& call) {
+  v1::RigRequest request;
+  GeometryToWire(mesh, options.source_up, request.mutable_mesh());
+  OptionsToWire(options, call, request.mutable_options());
+  request.set_request_id(call.request_id);
+  return request;
+}
+
+}  // namespace stance

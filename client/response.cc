@@ -1,0 +1,140 @@
+#include "client/response.h"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <utility>
+
+#include "proto/wire/mesh_wire.h"
+#include "proto/wire/rig_wire.h"
+
+namespace stance {
+namespace {
+
+// The server's answer is wrong, which is not the caller's fault: every error becomes INTERNAL.
+absl::Status BadAnswer(const char* field, const absl::Status& status) {
+  return absl::InternalError(fmt::format("the server's answer: {}.{}", field, std::string(status.message())));
+}
+
+absl::Status BadCount(const char* field, int64_t got, int64_t want) {
+  return absl::InternalError(fmt::format("the server's answer: {} has {} rows, want {}", field, got, want));
+}
+
+absl::Status ReadWeights(const v1::SkinWeights& wire, const char* field, RowMatrix* weights) {
+  absl::StatusOr<RowMatrix> read = WeightsFromWire(wire);
+  if (!read.ok()) return BadAnswer(field, read.status());
+  *weights = *std::move(read);
+  return absl::OkStatus();
+}
+
+absl::Status ReadSkeleton(const v1::Skeleton& wire, const char* field, JointTree* tree, Points* joints) {
+  absl::StatusOr<PlacedSkeleton> read = SkeletonFromWire(wire);
+  if (!read.ok()) return BadAnswer(field, read.status());
+  tree->names = std::move(read->names);
+  tree->parents = std::move(read->parents);
+  *joints = std::move(read->joints);
+  return absl::OkStatus();
+}
+
+ServiceSeconds ReadServiceSeconds(const v1::PhaseTimings& wire) {
+  return {.queue = wire.queue_seconds(), .decode = wire.decode_seconds(), .encode = wire.encode_seconds()};
+}
+
+// "METHOD_SKELETAL" -> "skeletal".
+std::string LowerSuffix(const std::string& name, size_t prefix) {
+  std::string text = name.size() > prefix ? name.substr(prefix) : name;
+  for (char& c : text) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+  return text;
+}
+
+}  // namespace
+
+absl::StatusOr<TransferAnswer> ReadTransferResponse(const v1::TransferResponse& response,
+                                                    const TriangleMesh& source) {
+  TransferAnswer answer;
+  TransferResult& result = answer.result;
+  absl::StatusOr<TriangleMesh> target = MeshFromWire(response.target());
+  if (!target.ok()) return BadAnswer("target", target.status());
+  if (target->vertex_count() != source.vertex_count()) {
+    return BadCount("target", target->vertex_count(), source.vertex_count());
+  }
+  result.target = source;
+  result.target.positions = std::move(target->positions);
+  result.target.normals = std::move(target->normals);
+
+  Points* const joints[] = {&result.source_rig.joints, &result.reference_rig.joints, &result.target_joints};
+  STANCE_RETURN_IF_ERROR(
+      ReadSkeleton(response.source_skeleton(), "source_skeleton", &answer.joints, joints[0]));
+  STANCE_RETURN_IF_ERROR(
+      ReadSkeleton(response.reference_skeleton(), "reference_skeleton", &answer.joints, joints[1]));
+  STANCE_RETURN_IF_ERROR(
+      ReadSkeleton(response.target_skeleton(), "target_skeleton", &answer.joints, joints[2]));
+  if (response.has_weights()) {
+    STANCE_RETURN_IF_ERROR(ReadWeights(response.weights(), "weights", &result.source_rig.weights));
+    if (result.source_rig.weights.rows() != source.vertex_count()) {
+      return BadCount("weights", result.source_rig.weights.rows(), source.vertex_count());
+    }
+  }
+  if (response.has_reference_weights()) {
+    STANCE_RETURN_IF_ERROR(
+        ReadWeights(response.reference_weights(), "reference_weights", &result.reference_rig.weights));
+  }
+  absl::StatusOr<std::vector<AffineTransform>> transforms = TransformsFromWire(response.joint_transforms());
+  if (!transforms.ok()) return BadAnswer("response", transforms.status());
+  if (transforms->size() != answer.joints.parents.size()) {
+    return BadCount("joint_transforms", transforms->size(), answer.joints.parents.size());
+  }
+  result.transforms = *std::move(transforms);
+  result.warnings.assign(response.warnings().begin(), response.warnings().end());
+  result.seconds = PhasesFromWire(response.timings());
+  answer.service = ReadServiceSeconds(response.timings());
+  answer.model = response.model();
+  answer.request_id = response.request_id();
+  return answer;
+}
+
+absl::StatusOr<RigAnswer> ReadRigResponse(const v1::RigResponse& response, const TriangleMesh& mesh) {
+  RigAnswer answer;
+  Rig& rig = answer.result.rig;
+  STANCE_RETURN_IF_ERROR(ReadSkeleton(response.skeleton(), "skeleton", &answer.joints, &rig.joints));
+  STANCE_RETURN_IF_ERROR(ReadWeights(response.weights(), "weights", &rig.weights));
+  if (rig.weights.rows() != mesh.vertex_count()) {
+    return BadCount("weights", rig.weights.rows(), mesh.vertex_count());
+  }
+  answer.result.warnings.assign(response.warnings().begin(), response.warnings().end());
+  answer.result.seconds = PhasesFromWire(response.timings());
+  answer.service = ReadServiceSeconds(response.timings());
+  answer.model = response.model();
+  answer.request_id = response.request_id();
+  return answer;
+}
+
+ServerInfo ReadServerInfo(const v1::GetServerInfoResponse& response) {
+  ServerInfo info;
+  info.version = response.version();
+  for (const v1::Model& model : response.models()) {
+    ModelInfo& read = info.models.emplace_back();
+    read.name = model.name();
+    read.version = model.version();
+    read.joint_count = static_cast<int>(model.joint_count());
+    read.parameter_count = static_cast<int64_t>(model.parameter_count());
+    read.sample_count = static_cast<int64_t>(model.sample_count());
+  }
+  for (const int method : response.methods()) {
+    info.methods.push_back(LowerSuffix(v1::Method_Name(static_cast<v1::Method>(method)), 7));
+  }
+  for (const int format : response.formats()) {
+    info.formats.push_back(LowerSuffix(v1::MeshFormat_Name(static_cast<v1::MeshFormat>(format)), 12));
+  }
+  const v1::Limits& limits = response.limits();
+  info.max_message_bytes = static_cast<int64_t>(limits.max_message_bytes());
+  info.max_vertices = static_cast<int64_t>(limits.max_vertices());
+  info.max_faces = static_cast<int64_t>(limits.max_faces());
+  info.max_queued_requests = static_cast<int64_t>(limits.max_queued_requests());
+  info.max_queued_bytes = static_cast<int64_t>(limits.max_queued_bytes());
+  info.max_batch_requests = limits.max_batch_requests();
+  info.max_batch_vertices = static_cast<int64_t>(limits.max_batch_vertices());
+  return info;
+}
+
+}  // namespace stance
