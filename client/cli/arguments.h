@@ -1,0 +1,81 @@
+// The command line of `stance`, checked as far as it can be without opening a file.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/base/status.h"
+#include "core/skeleton/bone_names.h"
+#include "core/transfer/pipeline.h"
+
+namespace stance {
+
+// Where the work is done.
+struct BackendArguments {
+  std::string server;      // HOST:PORT; empty if local
+  bool local = false;      // core in this process
+  std::string model;       // local: the model's directory; server: its name; empty: the default
+  double timeout = 120.0;  // seconds, server only
+  int threads = 0;         // local only; 0: the CPU quota
+};
+
+struct TransferArguments {
+  std::string source, reference;
+  std::vector<std::string> outputs;  // at least one, all different
+  BackendArguments backend;
+  TransferOptions options;
+  std::string skeleton;  // optional files
+  std::string weights;
+  std::string view;
+  BoneNaming bone_naming = BoneNaming::kSmpl;
+  bool quiet = false;
+  bool json = false;
+};
+
+struct RigArguments {
+  std::string mesh;
+  std::vector<std::string> outputs;
+  BackendArguments backend;
+  TransferOptions options;  // those that RigJob reads
+  std::string weights;
+  BoneNaming bone_naming = BoneNaming::kSmpl;
+  bool quiet = false;
+  bool json = false;
+};
+
+struct InfoArguments {
+  std::string mesh;
+  bool json = false;
+};
+
+struct RenderArguments {
+  std::vector<std::string> meshes;
+  std::string output;
+  std::vector<std::string> captions;  // none, or one per mesh
+  UpAxis up = UpAxis::kY;
+  std::optional<double> yaw, pitch;  // degrees
+  int columns = 0;
+};
+
+struct ServerInfoArguments {
+  BackendArguments backend;
+  bool json = false;
+};
+
+// What `--help` or `--version` asked for.
+struct TextToPrint {
+  std::string text;
+};
+
+using Command = std::variant<TransferArguments, RigArguments, InfoArguments, RenderArguments,
+                             ServerInfoArguments, TextToPrint>;
+
+// INVALID_ARGUMENT, in one line that names the option, for anything that docs/cli.md does not allow.
+absl::StatusOr<Command> ParseArguments(int argc, const char* const* argv);
+
+// The default of --server: $STANCE_SERVER, or localhost:50051.
+std::string DefaultServer();
+
+}  // namespace stance

@@ -1,0 +1,101 @@
+#include "client/cli/backend.h"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "client/cli/exit_code.h"
+#include "client/client.h"
+#include "core/base/threads.h"
+
+namespace stance {
+namespace {
+
+class RemoteBackend : public Backend {
+ public:
+  RemoteBackend(std::unique_ptr<StanceClient> client, const BackendArguments& arguments)
+      : client_(std::move(client)) {
+    call_.timeout = std::chrono::duration<double>(arguments.timeout);
+    call_.model = arguments.model;
+  }
+
+  absl::StatusOr<TransferAnswer> Transfer(const TriangleMesh& source, const TriangleMesh& reference,
+                                          const TransferOptions& options, bool want_weights) override {
+    CallOptions call = call_;
+    call.want_weights = want_weights;
+    auto answer = client_->Transfer(source, reference, options, call);
+    if (!answer.ok()) return ServerError(answer.status());
+    return answer;
+  }
+
+  absl::StatusOr<RigAnswer> Rig(const TriangleMesh& mesh, const TransferOptions& options) override {
+    auto answer = client_->Rig(mesh, options, call_);
+    if (!answer.ok()) return ServerError(answer.status());
+    return answer;
+  }
+
+ private:
+  const std::unique_ptr<StanceClient> client_;
+  CallOptions call_;
+};
+
+class LocalBackend : public Backend {
+ public:
+  explicit LocalBackend(std::unique_ptr<Pipeline> pipeline) : pipeline_(std::move(pipeline)) {}
+
+  absl::StatusOr<TransferAnswer> Transfer(const TriangleMesh& source, const TriangleMesh& reference,
+                                          const TransferOptions& options, bool want_weights) override {
+    TransferAnswer answer;
+    STANCE_ASSIGN_OR_RETURN(answer.result, pipeline_->Transfer(source, reference, options));
+    if (!want_weights) answer.result.source_rig.weights.resize(0, 0);
+    answer.joints = Joints();
+    answer.model = pipeline_->models().front().name;
+    return answer;
+  }
+
+  absl::StatusOr<RigAnswer> Rig(const TriangleMesh& mesh, const TransferOptions& options) override {
+    RigAnswer answer;
+    STANCE_ASSIGN_OR_RETURN(answer.result, pipeline_->RigMesh(mesh, options));
+    answer.joints = Joints();
+    answer.model = pipeline_->models().front().name;
+    return answer;
+  }
+
+ private:
+  JointTree Joints() const { return {pipeline_->skeleton().names(), pipeline_->skeleton().parents()}; }
+
+  const std::unique_ptr<Pipeline> pipeline_;
+};
+
+// The model in a source tree whose build/<preset>/bin holds this binary.
+std::filesystem::path DefaultModelDir() {
+  const char* dir = std::getenv("STANCE_MODEL_DIR");
+  if (dir != nullptr && *dir != '\0') return dir;
+  std::error_code error;
+  const std::filesystem::path binary = std::filesystem::read_symlink("/proc/self/exe", error);
+  return (binary.parent_path() / "../../../models/skeletal-human24").lexically_normal();
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const BackendArguments& arguments) {
+  if (arguments.local) {
+    const std::filesystem::path dir =
+        arguments.model.empty() ? DefaultModelDir() : std::filesystem::path(arguments.model);
+    PipelineOptions options;
+    options.threads = arguments.threads > 0 ? arguments.threads : CpuQuota();
+    auto pipeline = Pipeline::Load(dir, options);
+    if (!pipeline.ok()) return FileError(pipeline.status());
+    return std::make_unique<LocalBackend>(*std::move(pipeline));
+  }
+  ClientOptions options;
+  options.server = arguments.server;
+  options.connect_timeout = std::chrono::duration<double>(std::min(5.0, arguments.timeout));
+  STANCE_ASSIGN_OR_RETURN(std::unique_ptr<StanceClient> client, StanceClient::Connect(options));
+  return std::make_unique<RemoteBackend>(std::move(client), arguments);
+}
+
+}  // namespace stance

@@ -1,0 +1,123 @@
+#include "client/load/load_runner.h"
+
+#include <grpcpp/channel.h>
+#include <grpcpp/client_context.h>
+
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "stance/v1/pose_transfer.grpc.pb.h"
+
+namespace stance {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::string CodeName(const grpc::Status& status) {
+  return absl::StatusCodeToString(static_cast<absl::StatusCode>(status.error_code()));
+}
+
+void SetDeadline(std::chrono::duration<double> timeout, grpc::ClientContext* context) {
+  context->set_deadline(std::chrono::system_clock::now() +
+                        std::chrono::duration_cast<std::chrono::system_clock::duration>(timeout));
+}
+
+// One request in flight; it deletes itself when it is answered.
+struct Call {
+  grpc::ClientContext context;
+  v1::TransferResponse response;
+  double planned = 0;
+  double sent = 0;
+};
+
+// The sending thread runs the plan; gRPC's threads record the answers.
+class Runner {
+ public:
+  Runner(v1::PoseTransferService::Stub* stub, const v1::TransferRequest* request, const LoadOptions& options)
+      : stub_(stub), request_(request), timeout_(options.timeout), plan_(options.plan) {}
+
+  LoadReport Run() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      const LoadStep step = plan_.Next(Now(), in_flight_);
+      if (step.kind == LoadStep::Kind::kFinished) break;
+      switch (step.kind) {
+        case LoadStep::Kind::kSend:
+          ++in_flight_;
+          lock.unlock();
+          Send(step.time);
+          lock.lock();
+          break;
+        case LoadStep::Kind::kWaitUntil:
+          answered_.wait_until(lock, start_ + std::chrono::duration_cast<Clock::duration>(
+                                                  std::chrono::duration<double>(step.time)));
+          break;
+        default:
+          answered_.wait(lock);
+      }
+    }
+    answered_.wait(lock, [this] { return in_flight_ == 0; });
+    report_.seconds = Now();
+    report_.sent = plan_.sent();
+    report_.unsent = plan_.unsent();
+    report_.planned = report_.sent + report_.unsent;
+    return std::move(report_);
+  }
+
+ private:
+  double Now() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+  void Send(double planned) {
+    auto* call = new Call;
+    call->planned = planned;
+    call->sent = Now();
+    SetDeadline(timeout_, &call->context);
+    stub_->async()->Transfer(&call->context, request_, &call->response,
+                             [this, call](const grpc::Status& status) { Finish(call, status); });
+  }
+
+  void Finish(Call* call, const grpc::Status& status) {
+    const double now = Now();
+    const std::unique_ptr<Call> owned(call);
+    // Notified under the lock: Run may return, and this object end, as soon as it is released.
+    const std::lock_guard lock(mutex_);
+    report_.Record(owned->planned, owned->sent, now, CodeName(status));
+    --in_flight_;
+    answered_.notify_one();
+  }
+
+  v1::PoseTransferService::Stub* const stub_;
+  const v1::TransferRequest* const request_;
+  const std::chrono::duration<double> timeout_;
+  const Clock::time_point start_ = Clock::now();
+
+  std::mutex mutex_;
+  std::condition_variable answered_;
+  LoadPlan plan_;          // guarded by mutex_
+  LoadReport report_;      // guarded by mutex_
+  int64_t in_flight_ = 0;  // guarded by mutex_
+};
+
+}  // namespace
+
+absl::StatusOr<LoadReport> RunLoad(const ClientOptions& client, const v1::TransferRequest& request,
+                                   const LoadOptions& options) {
+  STANCE_ASSIGN_OR_RETURN(const std::shared_ptr<grpc::Channel> channel, ConnectChannel(client));
+  const std::unique_ptr<v1::PoseTransferService::Stub> stub = v1::PoseTransferService::NewStub(channel);
+  for (int i = 0; i < options.warmup; ++i) {
+    grpc::ClientContext context;
+    SetDeadline(options.timeout, &context);
+    v1::TransferResponse response;
+    const grpc::Status status = stub->Transfer(&context, request, &response);
+    if (!status.ok()) return FromGrpcStatus(status);
+  }
+  LoadReport report = Runner(stub.get(), &request, options).Run();
+  report.mode = options.plan.rate > 0 ? "open" : "closed";
+  report.rate = options.plan.rate;
+  report.clients = options.plan.max_in_flight;
+  return report;
+}
+
+}  // namespace stance
