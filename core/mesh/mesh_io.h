@@ -21,7 +21,8 @@ absl::StatusOr<MeshFormat> MeshFormatFromName(std::string_view name);
 std::string_view MeshFormatName(MeshFormat format);
 
 // Reads a mesh from a file's bytes. The vertex order is the file's; polygons are triangulated as fans; the
-// parts of a file of several groups or glTF primitives become `groups`. STL, which repeats each corner, is
+// parts of a file of several groups or glTF primitives become `groups`. Where a file has texture coordinates
+// and normals per corner (OBJ), a vertex takes those of its first corner. STL, which repeats each corner, is
 // welded at equal coordinates in the order of first use. GLB node transforms are applied; skins, morphs and
 // materials are ignored; a GLB's mesh in several primitives is concatenated.
 //
@@ -33,8 +34,13 @@ absl::StatusOr<TriangleMesh> ParseMesh(std::string_view bytes, MeshFormat format
 
 // The bytes of a file with that mesh. Vertex order, normals, texture coordinates and groups are written where
 // the format has them. Coordinates survive a write and a read to within one float32 ulp (text formats print
-// nine digits).
+// nine digits). INVALID_ARGUMENT as CheckWritable says.
 absl::StatusOr<std::string> SerializeMesh(const TriangleMesh& mesh, MeshFormat format);
+
+// What SerializeMesh refuses, INVALID_ARGUMENT: a non-finite coordinate, a face index out of range,
+// attributes that don't match the vertices, groups outside the faces or out of order; for a GLB also a mesh
+// without faces.
+absl::Status CheckWritable(const TriangleMesh& mesh, MeshFormat format);
 
 // The same from and to a file, the format taken from the extension. NOT_FOUND, PERMISSION_DENIED or the
 // errors above, with the path in the text. WriteMesh replaces the file at once (write aside, then rename).

@@ -42,7 +42,7 @@ class CharacterGenerator {
   static absl::StatusOr<std::unique_ptr<CharacterGenerator>> FromData(const std::filesystem::path& mpfb_dir,
                                                                       const std::filesystem::path& bvh_dir);
 
-  // One compact file (half-precision morph basis, weights, joint regressors, CMU poses; under 30 MB) that
+  // One compact file (16-bit morph basis, weights, joint regressors, CMU poses; under 30 MB) that
   // holds all a generator needs. DATA_LOSS with the path for a damaged one.
   static absl::StatusOr<std::unique_ptr<CharacterGenerator>> FromPack(const std::filesystem::path& pack);
   absl::Status WritePack(const std::filesystem::path& pack) const;

@@ -75,6 +75,12 @@ double Quantile(std::vector<double> values, double q) {
   return values[below] + (place - std::floor(place)) * (values[above] - values[below]);
 }
 
+Candidate MethodCandidate(Method method, const absl::StatusOr<TransferResult>& result) {
+  if (!result.ok()) return {.method = MethodName(method), .positions = result.status()};
+  return {
+      .method = MethodName(method), .positions = result->target.positions, .seconds = result->seconds.total};
+}
+
 EvaluationRow Judge(const std::string& pair, const Candidate& candidate, const Points& truth,
                     const Faces& faces, double stature) {
   STANCE_CHECK(stature > 0);

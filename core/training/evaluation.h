@@ -7,6 +7,7 @@
 #include "core/base/status.h"
 #include "core/mesh/metrics.h"
 #include "core/mesh/triangle_mesh.h"
+#include "core/transfer/pipeline.h"
 
 namespace stance {
 
@@ -16,6 +17,9 @@ struct Candidate {
   absl::StatusOr<Points> positions;
   double seconds = 0;  // the transfer took; 0 where that means nothing
 };
+
+// The transfer itself, in a row with the method's name.
+Candidate MethodCandidate(Method method, const absl::StatusOr<TransferResult>& result);
 
 // What one candidate's result is worth. Lengths are those of a source of kReferenceStature; nothing is
 // centred.

@@ -82,11 +82,7 @@ std::vector<EvaluationRow> EvaluatePairs(const CharacterGenerator& generator, co
     const absl::StatusOr<TransferResult> result =
         pipeline.Transfer(pair.source.mesh, pair.reference.mesh, options.transfer);
     std::vector<Candidate> candidates;
-    candidates.push_back({.method = MethodName(options.transfer.method), .positions = result.status()});
-    if (result.ok()) {
-      candidates[0].positions = result->target.positions;
-      candidates[0].seconds = result->seconds.total;
-    }
+    candidates.push_back(MethodCandidate(options.transfer.method, result));
     if (options.parts) {
       for (Candidate& part : ComposeParts(pair, result.ok() ? &*result : nullptr)) {
         candidates.push_back(std::move(part));

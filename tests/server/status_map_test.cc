@@ -23,7 +23,8 @@ template <typename Message>
 Message Detail(const grpc::Status& status) {
   Message message;
   int found = 0;
-  for (const auto& detail : Details(status).details()) {
+  const google::rpc::Status details = Details(status);
+  for (const auto& detail : details.details()) {
     if (detail.Is<Message>()) {
       EXPECT_TRUE(detail.UnpackTo(&message));
       ++found;

@@ -4,8 +4,6 @@
 
 #include <set>
 
-#include "client/cli/input.h"
-
 namespace stance {
 namespace {
 
@@ -50,19 +48,6 @@ TEST(ExitCodeTest, WhatAServerSaysIsNeverAboutAFile) {
 TEST(ErrorLineTest, IsOneLineWithTheProgramsName) {
   EXPECT_EQ(ErrorLine("stance", absl::InternalError("a\nb\tc\n")), "stance: a b c\n");
   EXPECT_EQ(ErrorLine("stance", absl::UnavailableError("")), "stance: UNAVAILABLE\n");
-}
-
-TEST(NameFileTest, PutsThePathBeforeItsFieldAndKeepsTheExitCode) {
-  const absl::Status status = FileError(absl::InvalidArgumentError("reference.arrays: bad"));
-  const absl::Status named = NameFile(status, {{"source", "a.obj"}, {"reference", "b.obj"}});
-  EXPECT_EQ(std::string(named.message()), "b.obj: reference.arrays: bad");
-  EXPECT_EQ(named.code(), status.code());
-  EXPECT_EQ(ExitCodeFor(named), ExitCode::kBadInput);
-}
-
-TEST(NameFileTest, LeavesOtherTextsAlone) {
-  const absl::Status status = absl::InvalidArgumentError("sourcery: bad");
-  EXPECT_EQ(NameFile(status, {{"source", "a.obj"}}), status);
 }
 
 }  // namespace

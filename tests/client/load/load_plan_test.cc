@@ -9,8 +9,6 @@
 #include <queue>
 #include <vector>
 
-#include "client/load/load_report.h"
-
 namespace stance {
 namespace {
 
@@ -133,27 +131,6 @@ TEST(LoadPlanTest, ClosedLoopStopsAtTheDuration) {
   const Simulated run = Simulate({.max_in_flight = 1, .duration = 1.0}, 0.3);
   EXPECT_EQ(run.sent.size(), 4u);  // at 0, 0.3, 0.6 and 0.9
   EXPECT_EQ(run.unsent, 0);
-}
-
-TEST(LoadReportTest, LatencyCountsFromThePlannedTime) {
-  LoadReport report;
-  report.Record(1.0, 3.0, 3.5, "OK");
-  EXPECT_EQ(report.latency.max(), 2'500'000'000);
-  EXPECT_EQ(report.send_delay.max(), 2'000'000'000);
-}
-
-TEST(LoadReportTest, ErrorsAreCountedByCodeAndHaveNoLatency) {
-  LoadReport report;
-  report.seconds = 2.0;
-  report.Record(0.0, 0.0, 1.0, "OK");
-  report.Record(0.0, 0.0, 9.0, "UNAVAILABLE");
-  report.Record(0.0, 0.0, 9.0, "UNAVAILABLE");
-  report.Record(0.0, 0.0, 9.0, "DEADLINE_EXCEEDED");
-  EXPECT_EQ(report.succeeded(), 1);
-  EXPECT_EQ(report.latency.max(), 1'000'000'000);
-  EXPECT_EQ(report.errors.at("UNAVAILABLE"), 2);
-  EXPECT_EQ(report.errors.at("DEADLINE_EXCEEDED"), 1);
-  EXPECT_DOUBLE_EQ(report.throughput(), 0.5);
 }
 
 }  // namespace

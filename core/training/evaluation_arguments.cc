@@ -1,0 +1,159 @@
+#include "core/training/evaluation_arguments.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "core/base/threads.h"
+
+namespace stance {
+namespace {
+
+// Options whose words stand for enumerators.
+struct Words {
+  std::string method = "skeletal", poses = "both", twist = "paper", smoothing = "metric";
+  std::string source_up = "y", reference_up = "y";
+};
+
+std::vector<PoseMix> PoseMixes(const std::string& name) {
+  if (name == "moderate") return {PoseMix::kModerate};
+  if (name == "hard") return {PoseMix::kHard};
+  return {PoseMix::kModerate, PoseMix::kHard};
+}
+
+UpAxis UpAxisFromName(const std::string& name) {
+  if (name == "z") return UpAxis::kZ;
+  return name == "x" ? UpAxis::kX : UpAxis::kY;
+}
+
+absl::Status Interpret(const Words& words, EvaluationArguments& arguments) {
+  TransferOptions& transfer = arguments.transfer;
+  STANCE_ASSIGN_OR_RETURN(transfer.method, MethodFromName(words.method));
+  transfer.twist = words.twist == "inherited" ? Twist::kInherited : Twist::kPaper;
+  if (words.smoothing == "hopwise") transfer.smoothing.kind = SmoothingKind::kHopwise;
+  if (words.smoothing == "none") transfer.smoothing.kind = SmoothingKind::kNone;
+  transfer.source_up = UpAxisFromName(words.source_up);
+  transfer.reference_up = UpAxisFromName(words.reference_up);
+  arguments.poses = PoseMixes(words.poses);
+  return absl::OkStatus();
+}
+
+void AddModelOptions(CLI::App& command, EvaluationArguments& arguments, Words& words) {
+  TransferOptions& transfer = arguments.transfer;
+  command.add_option("--model", arguments.model, "The model's folder")->required();
+  command.add_option("--method", words.method, "The method")->capture_default_str();
+  command.add_option("--twist", words.twist, "Rotation about a bone's own axis")
+      ->check(CLI::IsMember({"paper", "inherited"}))
+      ->capture_default_str();
+  command.add_option("--smoothing", words.smoothing, "How weights are smoothed")
+      ->check(CLI::IsMember({"metric", "hopwise", "none"}))
+      ->capture_default_str();
+  command.add_option("--length", transfer.smoothing.length, "Metric smoothing's length, in statures")
+      ->capture_default_str();
+  command.add_option("--lambda", transfer.smoothing.lambda, "Hopwise smoothing's lambda")
+      ->capture_default_str();
+  command.add_option("--influences", transfer.max_influences, "Most weights per vertex; 0: all")
+      ->capture_default_str();
+  command.add_flag("--full-resolution", arguments.full_resolution, "Let the networks see every vertex");
+  command.add_option("--threads", arguments.threads, "Transfers at a time")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+}
+
+void AddUpAxisOptions(CLI::App& command, Words& words) {
+  for (auto& [name, value] :
+       {std::pair{"--source-up", &words.source_up}, std::pair{"--reference-up", &words.reference_up}}) {
+    command.add_option(name, *value, "The axis that points up")
+        ->check(CLI::IsMember({"x", "y", "z"}))
+        ->capture_default_str();
+  }
+}
+
+void AddCharacterOptions(CLI::App& command, EvaluationArguments& arguments, Words& words) {
+  command.add_option("--data", arguments.data, "Pack written by 'stance-train pack'");
+  command.add_option("--mpfb", arguments.mpfb, "In place of a pack: folder with MPFB's data");
+  command.add_option("--bvh", arguments.bvh, "In place of a pack: folder with BVH clips");
+  command.add_option("--pairs", arguments.pairs, "Pairs (or characters) of each pose mix")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  command.add_option("--seed", arguments.seed, "Seed of the test characters")->capture_default_str();
+  command.add_option("--poses", words.poses, "Pose mix")
+      ->check(CLI::IsMember({"moderate", "hard", "both"}))
+      ->capture_default_str();
+  command.add_option("--vertices", arguments.characters.vertices, "About so many vertices; 0: the full body")
+      ->capture_default_str();
+  command.add_option("--noise", arguments.characters.noise, "Noise along normals, metres")
+      ->capture_default_str();
+  command.add_flag("!--no-global-rotation", arguments.characters.global_rotation,
+                   "Characters keep facing +z");
+}
+
+}  // namespace
+
+std::optional<int> ParseEvaluationArguments(int argc, const char* const* argv,
+                                            EvaluationArguments& arguments) {
+  arguments.threads = CpuQuota();
+  for (int i = 0; i < argc; ++i) {
+    arguments.command_line +=
+        i == 0 ? std::filesystem::path(argv[0]).filename().string() : fmt::format(" {}", argv[i]);
+  }
+  Words words;
+  CLI::App app("Measures pose transfer on pairs with known answers.", "stance-eval");
+  app.require_subcommand(1);
+
+  CLI::App* pairs = app.add_subcommand("pairs", "Errors of transfers between generated test characters");
+  CLI::App* stages =
+      app.add_subcommand("stages", "Errors of weights and joints on generated test characters");
+  CLI::App* files = app.add_subcommand("files", "Errors of transfers between meshes in files");
+  CLI::App* render = app.add_subcommand("render", "Pictures of transfers");
+  for (CLI::App* command : {pairs, stages, files, render}) AddModelOptions(*command, arguments, words);
+  for (CLI::App* command : {pairs, stages, render}) AddCharacterOptions(*command, arguments, words);
+  for (CLI::App* command : {files, render}) AddUpAxisOptions(*command, words);
+  for (CLI::App* command : {pairs, stages, files}) {
+    command->add_option("-o,--out", arguments.out, "Folder for the tables as markdown and CSV");
+  }
+  pairs->add_flag("--no-parts", arguments.no_parts, "Leave out the compositions with parts of the truth");
+  stages->add_option("--identities", arguments.identities, "Identities for the bone lengths")
+      ->check(CLI::Range(0, 100'000))
+      ->capture_default_str();
+  stages->add_option("--poses-each", arguments.poses_each, "Poses of each such identity")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+  files->add_option("list", arguments.list, "Text file: source reference truth [stature] per line")
+      ->required();
+  render->add_option("-o,--out", arguments.out, "Folder for the pictures")->required();
+  render->add_option("--files", arguments.files, "Meshes SOURCE REFERENCE ... in place of test pairs")
+      ->expected(2, -1);
+  render->add_option("--every", arguments.every, "Only every so many of the pairs")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  render->add_option("--index", arguments.indices, "Only these pairs")->check(CLI::NonNegativeNumber);
+  render->add_option("--yaw", arguments.yaw_degrees, "Degrees to look from the character's left")
+      ->capture_default_str();
+  render->add_flag("--skeletons", arguments.skeletons, "Draw the predicted skeletons");
+  render->add_flag("--weights", arguments.weights, "Colour by the predicted weights");
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+
+  if (arguments.files.size() % 2 != 0) {
+    fmt::print(stderr, "stance-eval: --files: {} has no reference after it\n",
+               arguments.files.back().string());
+    return 2;
+  }
+  if (const absl::Status status = Interpret(words, arguments); !status.ok()) {
+    fmt::print(stderr, "stance-eval: {}\n", std::string(status.message()));
+    return 2;
+  }
+  arguments.command = *pairs    ? EvaluationCommand::kPairs
+                      : *stages ? EvaluationCommand::kStages
+                      : *files  ? EvaluationCommand::kFiles
+                                : EvaluationCommand::kRender;
+  return std::nullopt;
+}
+
+}  // namespace stance

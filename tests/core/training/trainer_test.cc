@@ -1,0 +1,134 @@
+#include "core/training/trainer.h"
+
+#include <gtest/gtest.h>
+
+#include "core/base/files.h"
+#include "core/network/model_files.h"
+#include "core/network/skeletal_model.h"
+#include "core/training/sample_stream.h"
+#include "core/training/training_log.h"
+#include "tests/core/training/small_data.h"
+
+namespace stance {
+namespace {
+
+class TrainerTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    data_ = std::make_unique<testing::TemporaryFolder>();
+    testing::WriteSmallBody(data_->path() / "body");
+    testing::WriteSmallMotions(data_->path() / "motions", 12);
+    auto generator = CharacterGenerator::FromData(data_->path() / "body", data_->path() / "motions");
+    ASSERT_TRUE(generator.ok()) << generator.status();
+    generator_ = std::move(*generator);
+  }
+  static void TearDownTestSuite() {
+    generator_.reset();
+    data_.reset();
+  }
+
+  TrainingOptions Options(TrainingStage stage, const char* folder, int64_t samples) const {
+    TrainingOptions options;
+    options.stage = stage;
+    options.work_dir = work_.path() / folder;
+    options.samples_per_mesh = 96;
+    options.batch_size = 4;
+    options.total_samples = samples;
+    options.loss_points = 48;
+    return options;
+  }
+  absl::Status Run(const TrainingOptions& options) {
+    return Train(*generator_, options, [this](const std::string& line) { report_ += line + "\n"; });
+  }
+
+  static inline std::unique_ptr<testing::TemporaryFolder> data_;
+  static inline std::unique_ptr<CharacterGenerator> generator_;
+  testing::TemporaryFolder work_;
+  std::string report_;
+};
+
+TEST_F(TrainerTest, BatchesDependOnSeedAndIndexAlone) {
+  const SampleOptions options{3, 96, 12};
+  SampleStream stream(*generator_, options, 8, 4, 2);
+  for (int64_t first = 8; first < 24; first += 4) {
+    const TrainingBatch streamed = stream.Next(), made = MakeTrainingBatch(*generator_, options, first, 4);
+    EXPECT_TRUE(streamed.input.points.equal(made.input.points));
+    EXPECT_TRUE(streamed.input.one_ring.equal(made.input.one_ring));
+    EXPECT_TRUE(streamed.joint_of.equal(made.joint_of));
+    EXPECT_TRUE(streamed.joints.equal(made.joints));
+  }
+}
+
+TEST_F(TrainerTest, BatchesHoldNormalisedPointsAndValidTargets) {
+  const TrainingBatch batch = MakeTrainingBatch(*generator_, {5, 96, 12}, 0, 4);
+  EXPECT_EQ(batch.input.points.size(0), 4 * 96);
+  EXPECT_LE(batch.input.points.abs().max().item<float>(), 0.51f);
+  EXPECT_GE(batch.joint_of.min().item<int64_t>(), 0);
+  EXPECT_LT(batch.joint_of.max().item<int64_t>(), 24);
+  EXPECT_LE(batch.joints.abs().max().item<float>(), 0.6f);  // joints lie within the body's box, or nearly
+}
+
+TEST_F(TrainerTest, TheThreeStagesRunLearnAndExport) {
+  for (const auto& [stage, samples] :
+       {std::pair{TrainingStage::kWeights, 160}, std::pair{TrainingStage::kJoints, 160},
+        std::pair{TrainingStage::kBoth, 8}}) {
+    const auto status = Run(Options(stage, "run", samples));
+    ASSERT_TRUE(status.ok()) << status;
+  }
+  // Learns: after 160 characters f_C is far better than guessing among 24 joints (cross-entropy ln 24 = 3.2).
+  const auto log = ReadLog(work_.path() / "run" / "weights.csv");
+  ASSERT_TRUE(log.ok());
+  ASSERT_FALSE(log->empty());
+  EXPECT_LT(log->back().loss, 2.8);
+  EXPECT_EQ(log->back().seen, 160);
+  EXPECT_NE(report_.find("samples/s"), std::string::npos);
+  EXPECT_NE((*ReadFile(work_.path() / "run" / "joints.svg")).find("<polyline"), std::string::npos);
+
+  const auto model_dir = work_.path() / "model";
+  ASSERT_TRUE(ExportModel(work_.path() / "run", model_dir, "tiny", "7").ok());
+  const auto model = SkeletalModel::Load(model_dir);
+  ASSERT_TRUE(model.ok()) << model.status();
+  EXPECT_EQ((*model)->manifest().samples, 96);
+  EXPECT_EQ((*model)->manifest().version, "7");
+}
+
+TEST_F(TrainerTest, AResumedRunEqualsAnUnbrokenOne) {
+  TrainingOptions whole = Options(TrainingStage::kJoints, "whole", 32);
+  ASSERT_TRUE(Run(whole).ok());
+  TrainingOptions broken = Options(TrainingStage::kJoints, "broken", 32);
+  broken.max_hours = 0;  // stops, resumable, after each step
+  for (int i = 0; i < 8; ++i) ASSERT_TRUE(Run(broken).ok());
+  // Both then start stage weights, needed for an export, alike.
+  for (TrainingOptions* options : {&whole, &broken}) {
+    options->stage = TrainingStage::kWeights;
+    options->total_samples = 4;
+    options->max_hours = 1;
+    ASSERT_TRUE(Run(*options).ok());
+  }
+  TensorMap tensors[2];
+  for (const int i : {0, 1}) {
+    const auto dir = work_.path() / ("model" + std::to_string(i));
+    ASSERT_TRUE(ExportModel(i == 0 ? whole.work_dir : broken.work_dir, dir, "tiny", "1").ok());
+    tensors[i] = *ReadWeights(dir, *ReadManifest(dir));
+  }
+  for (const auto& [name, tensor] : tensors[0]) EXPECT_TRUE(tensor.equal(tensors[1][name])) << name;
+}
+
+TEST_F(TrainerTest, RefusesWhatItCannotDo) {
+  EXPECT_EQ(Run(Options(TrainingStage::kBoth, "empty", 8)).code(), absl::StatusCode::kFailedPrecondition);
+  TrainingOptions tiny = Options(TrainingStage::kWeights, "tiny", 8);
+  tiny.samples_per_mesh = 10;
+  EXPECT_EQ(Run(tiny).code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(TrainingStageFromName("dreams").status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_FALSE(ExportModel(work_.path() / "nothing", work_.path() / "model", "x", "1").ok());
+}
+
+TEST_F(TrainerTest, ADamagedCheckpointIsDataLoss) {
+  const TrainingOptions options = Options(TrainingStage::kWeights, "damaged", 8);
+  std::filesystem::create_directories(options.work_dir);
+  ASSERT_TRUE(WriteFile(options.work_dir / "weights.ckpt", "not a checkpoint").ok());
+  EXPECT_EQ(Run(options).code(), absl::StatusCode::kDataLoss);
+}
+
+}  // namespace
+}  // namespace stance

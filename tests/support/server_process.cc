@@ -1,0 +1,47 @@
+#include "tests/support/server_process.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <iterator>
+
+namespace stance::testing {
+
+ServerProcess::ServerProcess(const std::vector<std::string>& arguments) {
+  static int count = 0;
+  log_file_ = ::testing::TempDir() + "stance-server-" + std::to_string(getpid()) + "-" +
+              std::to_string(++count) + ".log";
+  // Nobody waits for a load balancer here, so the pause before a drain is left out.
+  std::vector<std::string> command = {STANCE_SERVER_BINARY,
+                                      "--listen",
+                                      "127.0.0.1:0",
+                                      "--metrics-listen",
+                                      "127.0.0.1:0",
+                                      "--model",
+                                      STANCE_UNTRAINED_MODEL,
+                                      "--server-lame-duck-seconds",
+                                      "0"};
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  program_ = std::make_unique<BackgroundProgram>(command, log_file_);
+  const std::string prefix = "listening on ";
+  const std::string line = program_->ReadLine();
+  if (line.starts_with(prefix)) {
+    address_ = line.substr(prefix.size());
+  } else {
+    ADD_FAILURE() << "the server did not start: " << Log();
+  }
+}
+
+std::string ServerProcess::Log() const {
+  std::ifstream stream(log_file_);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+int ServerProcess::Stop() {
+  program_->Signal(SIGTERM);
+  return program_->Wait();
+}
+
+}  // namespace stance::testing
