@@ -2,14 +2,12 @@
 
 #include <fmt/format.h>
 #include <prometheus/counter.h>
-#include <prometheus/exposer.h>
 #include <prometheus/gauge.h>
 #include <prometheus/histogram.h>
 #include <prometheus/registry.h>
 #include <prometheus/text_serializer.h>
 
 #include <array>
-#include <exception>
 #include <mutex>
 #include <sstream>
 
@@ -38,8 +36,8 @@ std::string CodeName(int code) {
 
 }  // namespace
 
-struct Metrics::Impl : prometheus::Collectable {
-  std::vector<prometheus::MetricFamily> Collect() const override {
+struct Metrics::Impl {
+  std::vector<prometheus::MetricFamily> Collect() const {
     QueueGauges now;
     {
       std::lock_guard<std::mutex> guard(mutex);
@@ -66,7 +64,7 @@ struct Metrics::Impl : prometheus::Collectable {
   std::function<QueueGauges()> read_queue;  // protected by mutex
 };
 
-Metrics::Metrics() : impl_(std::make_shared<Impl>()) {
+Metrics::Metrics() : impl_(std::make_unique<Impl>()) {
   prometheus::Registry& registry = impl_->registry;
   const auto counter = [&](const char* name, const char* help) -> prometheus::Family<prometheus::Counter>& {
     return prometheus::BuildCounter().Name(name).Help(help).Register(registry);
@@ -139,14 +137,8 @@ void Metrics::SetQueueSource(std::function<QueueGauges()> read) {
 std::string Metrics::Page() const { return prometheus::TextSerializer().Serialize(impl_->Collect()); }
 
 absl::StatusOr<int> Metrics::Serve(const std::string& address) {
-  try {
-    exposer_ = std::make_unique<prometheus::Exposer>(address, 1);
-  } catch (const std::exception& error) {
-    return absl::UnavailableError(
-        fmt::format("metrics.listen: {} can't be bound: {}", address, error.what()));
-  }
-  exposer_->RegisterCollectable(impl_);
-  return exposer_->GetListeningPorts().front();
+  STANCE_ASSIGN_OR_RETURN(page_, MetricsPage::Serve(address, [this] { return Page(); }));
+  return page_->port();
 }
 
 }  // namespace stance

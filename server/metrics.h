@@ -8,10 +8,7 @@
 #include <vector>
 
 #include "core/base/status.h"
-
-namespace prometheus {
-class Exposer;
-}
+#include "server/metrics_page.h"
 
 namespace stance {
 
@@ -49,14 +46,14 @@ class Metrics {
   // The page in Prometheus's text format.
   std::string Page() const;
 
-  // Serves the page on http://HOST:PORT/metrics from now on and returns the port. UNAVAILABLE, with the
-  // address, if it can't be bound.
+  // Serves the page on http://HOST:PORT/metrics from now on and returns the port. Errors as
+  // MetricsPage::Serve.
   absl::StatusOr<int> Serve(const std::string& address);
 
  private:
   struct Impl;
-  std::shared_ptr<Impl> impl_;  // shared with the page's scrapes
-  std::unique_ptr<prometheus::Exposer> exposer_;
+  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<MetricsPage> page_;  // destroyed first: it reads impl_
 };
 
 }  // namespace stance

@@ -29,6 +29,10 @@ std::string WithPort(const std::string& address, int port) {
   return fmt::format("{}:{}", address.substr(0, address.rfind(':')), port);
 }
 
+absl::Status Prefixed(const char* option, const absl::Status& status) {
+  return absl::Status(status.code(), option + std::string(status.message()));
+}
+
 BatcherOptions BatchingOf(const ServerConfig& config) {
   return {.max_batch_items = static_cast<int>(config.batching_max_batch_requests),
           .max_batch_cost = config.batching_max_batch_vertices,
@@ -92,8 +96,9 @@ class AssembledServer : public Server {
 
   absl::Status Listen() {
     if (!config_.metrics_listen.empty()) {
-      STANCE_ASSIGN_OR_RETURN(const int port, metrics_.Serve(config_.metrics_listen));
-      metrics_address_ = WithPort(config_.metrics_listen, port);
+      const absl::StatusOr<int> port = metrics_.Serve(config_.metrics_listen);
+      if (!port.ok()) return Prefixed("metrics.listen: ", port.status());
+      metrics_address_ = WithPort(config_.metrics_listen, *port);
     }
     grpc::EnableDefaultHealthCheckService(true);
     if (config_.server_reflection) grpc::reflection::InitProtoReflectionServerBuilderPlugin();
@@ -177,10 +182,7 @@ class AssembledServer : public Server {
 absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerConfig& config) {
   absl::StatusOr<std::unique_ptr<Pipeline>> pipeline =
       Pipeline::Load(config.model_directory, {.threads = static_cast<int>(config.inference_threads)});
-  if (!pipeline.ok()) {
-    return absl::Status(pipeline.status().code(),
-                        fmt::format("model.directory: {}", std::string(pipeline.status().message())));
-  }
+  if (!pipeline.ok()) return Prefixed("model.directory: ", pipeline.status());
   auto server = std::make_unique<AssembledServer>(config, *std::move(pipeline));
   STANCE_RETURN_IF_ERROR(server->Listen());
   Log(LogLevel::kInfo, "serving",

@@ -2,11 +2,15 @@
 
 #include <grpcpp/channel.h>
 #include <grpcpp/client_context.h>
+#include <grpcpp/completion_queue.h>
+#include <grpcpp/support/async_unary_call.h>
 
 #include <condition_variable>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <thread>
+#include <utility>
 
 #include "stance/v1/pose_transfer.grpc.pb.h"
 
@@ -24,26 +28,50 @@ void SetDeadline(std::chrono::duration<double> timeout, grpc::ClientContext* con
                         std::chrono::duration_cast<std::chrono::system_clock::duration>(timeout));
 }
 
-// One request in flight; it deletes itself when it is answered.
+// One request in flight: the tag of its completion.
 struct Call {
   grpc::ClientContext context;
   v1::TransferResponse response;
+  grpc::Status status;
+  std::unique_ptr<grpc::ClientAsyncResponseReader<v1::TransferResponse>> reader;
   double planned = 0;
   double sent = 0;
 };
 
-// The sending thread runs the plan; gRPC's threads record the answers.
+// One thread runs the plan and sends, another records the answers. A completion queue of our own rather than
+// gRPC's callbacks: when it has been drained no thread of gRPC holds anything of a call any more, and the
+// program may end.
 class Runner {
  public:
   Runner(v1::PoseTransferService::Stub* stub, const v1::TransferRequest* request, const LoadOptions& options)
       : stub_(stub), request_(request), timeout_(options.timeout), plan_(options.plan) {}
 
   LoadReport Run() {
-    std::unique_lock lock(mutex_);
+    std::thread receiver([this] { Receive(); });
+    {
+      std::unique_lock lock(mutex_);
+      SendAll(lock);
+      answered_.wait(lock, [this] { return in_flight_ == 0; });
+    }
+    report_.seconds = Now();
+    queue_.Shutdown();
+    receiver.join();
+    report_.sent = plan_.sent();
+    report_.unsent = plan_.unsent();
+    report_.planned = report_.sent + report_.unsent;
+    return std::move(report_);
+  }
+
+ private:
+  double Now() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+  // REQUIRES: `lock` holds mutex_.
+  void SendAll(std::unique_lock<std::mutex>& lock) {
     for (;;) {
       const LoadStep step = plan_.Next(Now(), in_flight_);
-      if (step.kind == LoadStep::Kind::kFinished) break;
       switch (step.kind) {
+        case LoadStep::Kind::kFinished:
+          return;
         case LoadStep::Kind::kSend:
           ++in_flight_;
           lock.unlock();
@@ -54,49 +82,45 @@ class Runner {
           answered_.wait_until(lock, start_ + std::chrono::duration_cast<Clock::duration>(
                                                   std::chrono::duration<double>(step.time)));
           break;
-        default:
+        case LoadStep::Kind::kWaitForAnswer:
           answered_.wait(lock);
+          break;
       }
     }
-    answered_.wait(lock, [this] { return in_flight_ == 0; });
-    report_.seconds = Now();
-    report_.sent = plan_.sent();
-    report_.unsent = plan_.unsent();
-    report_.planned = report_.sent + report_.unsent;
-    return std::move(report_);
   }
 
- private:
-  double Now() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
-
   void Send(double planned) {
-    auto* call = new Call;
+    auto* call = new Call;  // Receive deletes it
     call->planned = planned;
     call->sent = Now();
     SetDeadline(timeout_, &call->context);
-    stub_->async()->Transfer(&call->context, request_, &call->response,
-                             [this, call](const grpc::Status& status) { Finish(call, status); });
+    call->reader = stub_->PrepareAsyncTransfer(&call->context, *request_, &queue_);
+    call->reader->StartCall();
+    call->reader->Finish(&call->response, &call->status, call);
   }
 
-  void Finish(Call* call, const grpc::Status& status) {
-    const double now = Now();
-    const std::unique_ptr<Call> owned(call);
-    // Notified under the lock: Run may return, and this object end, as soon as it is released.
-    const std::lock_guard lock(mutex_);
-    report_.Record(owned->planned, owned->sent, now, CodeName(status));
-    --in_flight_;
-    answered_.notify_one();
+  void Receive() {
+    void* tag = nullptr;
+    for (bool ok = false; queue_.Next(&tag, &ok);) {
+      const double now = Now();
+      const std::unique_ptr<Call> call(static_cast<Call*>(tag));
+      const std::lock_guard lock(mutex_);
+      report_.Record(call->planned, call->sent, now, CodeName(call->status));
+      --in_flight_;
+      answered_.notify_one();
+    }
   }
 
   v1::PoseTransferService::Stub* const stub_;
   const v1::TransferRequest* const request_;
   const std::chrono::duration<double> timeout_;
   const Clock::time_point start_ = Clock::now();
+  grpc::CompletionQueue queue_;
 
   std::mutex mutex_;
   std::condition_variable answered_;
-  LoadPlan plan_;          // guarded by mutex_
-  LoadReport report_;      // guarded by mutex_
+  LoadPlan plan_;          // guarded by mutex_ until the receiver has ended
+  LoadReport report_;      // as is this
   int64_t in_flight_ = 0;  // guarded by mutex_
 };
 

@@ -170,7 +170,7 @@ BvhPose PoseOfFrame(const BvhClip& clip, int frame) {
       pose.rotations.push_back(local);
       pose.positions.row(0) = translation.transpose();
     } else {
-      const Rotation& parent = pose.rotations[joint.parent];
+      const Rotation parent = pose.rotations[joint.parent];  // a copy: the vector grows
       pose.rotations.push_back(parent * local);
       pose.positions.row(static_cast<Eigen::Index>(j)) =
           pose.positions.row(joint.parent) + (parent * translation).transpose();

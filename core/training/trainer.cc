@@ -186,8 +186,9 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
     const auto now = SteadyClock::now();
     const double elapsed = Seconds(now - begin).count();
     progress.seconds = seconds_before + elapsed;
-    const bool done = progress.seen >= options.total_samples;
-    if (done || Seconds(now - last_report).count() > 15) {
+    const bool out_of_time = elapsed > options.max_hours * 3600;
+    const bool last = out_of_time || progress.seen >= options.total_samples;
+    if (last || Seconds(now - last_report).count() > 15) {
       last_report = now;
       const LogRow row{static_cast<double>(progress.seen),         progress.seconds,
                        sums.loss / static_cast<double>(steps),     sums.accuracy / static_cast<double>(steps),
@@ -203,8 +204,7 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
       sums = {};
       steps = 0;
     }
-    const bool out_of_time = elapsed > options.max_hours * 3600;
-    if (done || out_of_time || Seconds(now - last_checkpoint).count() > options.checkpoint_minutes * 60) {
+    if (last || Seconds(now - last_checkpoint).count() > options.checkpoint_minutes * 60) {
       last_checkpoint = now;
       STANCE_RETURN_IF_ERROR(SaveCheckpoint(checkpoint, modules, &optimizer, progress));
       STANCE_ASSIGN_OR_RETURN(const auto rows, ReadLog(csv));

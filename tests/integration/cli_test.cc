@@ -296,14 +296,14 @@ TEST_F(CliTest, UsageErrorsExitWith2) {
 TEST_F(CliTest, BadInputExitsWith3AndNamesFileAndField) {
   TriangleMesh nan = source_;
   nan.positions(5, 1) = std::numeric_limits<float>::quiet_NaN();
-  Write(nan, "nan.glb");
+  Write(nan, "nan.ply");
   std::ofstream(Path("text.glb")) << "not a GLB";
   std::ofstream(Path("mesh.xyz")) << "v 0 0 0";
   const struct {
     std::string source, reference, bad;
     std::vector<std::string> parts;
-  } cases[] = {{"nan.glb", "reference.ply", "nan.glb", {"source", "5"}},
-               {"source.obj", "nan.glb", "nan.glb", {"reference", "5"}},
+  } cases[] = {{"nan.ply", "reference.ply", "nan.ply", {"source", "5"}},
+               {"source.obj", "nan.ply", "nan.ply", {"reference", "5"}},
                {"text.glb", "reference.ply", "text.glb", {}},
                {"source.obj", "mesh.xyz", "mesh.xyz", {}}};
   for (const auto& bad : cases) {
@@ -314,12 +314,12 @@ TEST_F(CliTest, BadInputExitsWith3AndNamesFileAndField) {
     for (const std::string& part : bad.parts) EXPECT_THAT(result.err, HasSubstr(part));
     EXPECT_FALSE(fs::exists(Path("t.obj")));
   }
-  const ProgramResult local = Run({"transfer", Path("nan.glb"), Path("reference.ply"), "-o", Path("t.obj"),
+  const ProgramResult local = Run({"transfer", Path("nan.ply"), Path("reference.ply"), "-o", Path("t.obj"),
                                    "--local", "--model", STANCE_UNTRAINED_MODEL});
   EXPECT_EQ(local.exit_code, 3);
-  EXPECT_THAT(local.err, AllOf(HasSubstr(Path("nan.glb")), HasSubstr("source")));
-  EXPECT_EQ(Run({"info", Path("nan.glb")}).exit_code, 3);
-  EXPECT_EQ(Run({"render", Path("nan.glb"), "-o", Path("r.png")}).exit_code, 3);
+  EXPECT_THAT(local.err, AllOf(HasSubstr(Path("nan.ply")), HasSubstr("source")));
+  EXPECT_EQ(Run({"info", Path("nan.ply")}).exit_code, 3);
+  EXPECT_EQ(Run({"render", Path("nan.ply"), "-o", Path("r.png")}).exit_code, 3);
   const ProgramResult model = Transfer({"-o", Path("t.obj"), "--model", "nobody"});
   EXPECT_EQ(model.exit_code, 3);
   EXPECT_THAT(model.err, HasSubstr("nobody"));

@@ -4,6 +4,8 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 
@@ -30,7 +32,10 @@ ServerProcess::ServerProcess(const std::vector<std::string>& arguments) {
   if (line.starts_with(prefix)) {
     address_ = line.substr(prefix.size());
   } else {
-    ADD_FAILURE() << "the server did not start: " << Log();
+    // Not a failure of GoogleTest's: in the set-up of a suite that marks its tests as skipped, and ctest lets
+    // skipped tests pass.
+    std::fprintf(stderr, "the server did not start: %s\n", Log().c_str());
+    std::abort();
   }
 }
 

@@ -16,7 +16,7 @@ Points Posed(const Points& rest, const std::vector<Rotation>& local) {
 }
 
 TEST(ContactPose, TheWristReachesItsTarget) {
-  const Points rest = testing::SmallBodyJoints();
+  const Points rest = testing::TPoseJoints();
   Random random(1);
   for (int i = 0; i < 50; ++i) {
     std::vector<Rotation> local = SamplePose(random, PoseMix::kHard, MotionLibrary({}), Split::kTrain, rest);
@@ -36,7 +36,7 @@ TEST(ContactPose, TheWristReachesItsTarget) {
 }
 
 TEST(ContactPose, ATargetOutOfReachIsPointedAt) {
-  const Points rest = testing::SmallBodyJoints();
+  const Points rest = testing::TPoseJoints();
   std::vector<Rotation> local(kHumanJoints, Rotation::Identity());
   const Eigen::Vector3f shoulder = rest.row(kLeftShoulder).transpose(), target(0.3f, 5, 1);
   ReachWith(true, target, {0, -1, 0}, rest, local);
@@ -46,7 +46,7 @@ TEST(ContactPose, ATargetOutOfReachIsPointedAt) {
 }
 
 TEST(ContactPose, TheElbowFollowsItsHint) {
-  const Points rest = testing::SmallBodyJoints();
+  const Points rest = testing::TPoseJoints();
   for (const float sign : {-1.0f, 1.0f}) {
     std::vector<Rotation> local(kHumanJoints, Rotation::Identity());
     const Eigen::Vector3f shoulder = rest.row(kRightShoulder).transpose();
@@ -56,7 +56,7 @@ TEST(ContactPose, TheElbowFollowsItsHint) {
 }
 
 TEST(ContactPose, HandsComeToTheBody) {
-  const Points rest = testing::SmallBodyJoints();
+  const Points rest = testing::TPoseJoints();
   for (int i = 0; i < 200; ++i) {
     Random random(2, i);
     std::vector<Rotation> local(kHumanJoints, Rotation::Identity());

@@ -1,8 +1,8 @@
 #include "tests/core/training/evaluation_fixture.h"
 
 #include "core/base/check.h"
-#include "core/network/skeletal_model.h"
 #include "tests/core/training/small_data.h"
+#include "tests/support/untrained_model.h"
 
 namespace stance::testing {
 
@@ -20,13 +20,8 @@ const CharacterGenerator& SmallGenerator() {
 
 const Pipeline& UntrainedPipeline() {
   static const std::unique_ptr<Pipeline> kPipeline = [] {
-    const TemporaryFolder folder;
-    ModelManifest manifest;
-    manifest.name = "untrained";
-    manifest.version = std::string("0");  // GCC 12 warns of -Wrestrict for a short literal
-    manifest.samples = 128;
-    STANCE_CHECK(SkeletalModel::WriteUntrained(folder.path() / "model", 1, manifest).ok());
-    auto pipeline = Pipeline::Load(folder.path() / "model");
+    const UntrainedModel model(128);
+    auto pipeline = Pipeline::Load(model.dir());
     STANCE_CHECK(pipeline.ok());
     return *std::move(pipeline);
   }();

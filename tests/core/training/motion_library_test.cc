@@ -14,19 +14,6 @@
 namespace stance {
 namespace {
 
-// A T pose to retarget to.
-Points TPose() {
-  Points joints = testing::SmallBodyJoints();
-  for (const int side : {0, 1}) {
-    const float sign = side == 0 ? 1.0f : -1.0f;
-    const Eigen::RowVector3f shoulder = joints.row(kLeftShoulder + side);
-    joints.row(kLeftElbow + side) = shoulder + Eigen::RowVector3f(sign * 0.27f, 0, 0);
-    joints.row(kLeftWrist + side) = shoulder + Eigen::RowVector3f(sign * 0.5f, 0, 0);
-    joints.row(kLeftHand + side) = shoulder + Eigen::RowVector3f(sign * 0.6f, 0, 0);
-  }
-  return joints;
-}
-
 std::vector<Rotation> Decoded(const MotionClip& clip, int frame) {
   std::vector<Rotation> local;
   for (int j = 0; j < kHumanJoints; ++j) {
@@ -48,7 +35,7 @@ int Find(const BvhClip& bvh, const std::string& name) {
 TEST(RetargetClip, BonesPointWhereTheCapturedBonesPoint) {
   const auto bvh = ParseBvh(testing::SmallMotion(3));
   ASSERT_TRUE(bvh.ok());
-  const Points rest = TPose();
+  const Points rest = testing::TPoseJoints();
   const auto clip = RetargetClip(*bvh, "clip", rest);
   ASSERT_TRUE(clip.ok()) << clip.status();
   ASSERT_EQ(clip->frame_count(), 5);  // the first of six frames is the zero pose
@@ -85,7 +72,7 @@ TEST(RetargetClip, RejectsAnotherSkeleton) {
   for (size_t at; (at = text.find("lShin")) != std::string::npos;) text.replace(at, 5, "lCalf");
   const auto bvh = ParseBvh(text);
   ASSERT_TRUE(bvh.ok());
-  const auto clip = RetargetClip(*bvh, "walk", TPose());
+  const auto clip = RetargetClip(*bvh, "walk", testing::TPoseJoints());
   EXPECT_EQ(clip.status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_NE(std::string(clip.status().message()).find("lShin"), std::string::npos);
 }
@@ -102,7 +89,8 @@ TEST(MotionLibrary, SplitsHoldAboutTheirShareOfTheClips) {
 MotionLibrary SmallLibrary() {
   std::vector<MotionClip> clips;
   for (int i = 0; i < 60; ++i) {
-    clips.push_back(*RetargetClip(*ParseBvh(testing::SmallMotion(i)), fmt::format("clip_{}", i), TPose()));
+    clips.push_back(
+        *RetargetClip(*ParseBvh(testing::SmallMotion(i)), fmt::format("clip_{}", i), testing::TPoseJoints()));
   }
   return MotionLibrary(std::move(clips));
 }
@@ -150,7 +138,7 @@ TEST(MotionLibrary, EmptySplitGivesNothing) {
 TEST(ReadMotions, ReadsAFolderInOrder) {
   const testing::TemporaryFolder folder;
   testing::WriteSmallMotions(folder.path(), 3);
-  const auto clips = ReadMotions(folder.path(), TPose());
+  const auto clips = ReadMotions(folder.path(), testing::TPoseJoints());
   ASSERT_TRUE(clips.ok()) << clips.status();
   ASSERT_EQ(clips->size(), 3u);
   EXPECT_EQ((*clips)[1].name, "clip_01");
@@ -158,8 +146,9 @@ TEST(ReadMotions, ReadsAFolderInOrder) {
 
 TEST(ReadMotions, MissingAndEmptyFoldersAreNotFound) {
   const testing::TemporaryFolder folder;
-  EXPECT_EQ(ReadMotions(folder.path(), TPose()).status().code(), absl::StatusCode::kNotFound);
-  EXPECT_EQ(ReadMotions(folder.path() / "none", TPose()).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(ReadMotions(folder.path(), testing::TPoseJoints()).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(ReadMotions(folder.path() / "none", testing::TPoseJoints()).status().code(),
+            absl::StatusCode::kNotFound);
 }
 
 }  // namespace

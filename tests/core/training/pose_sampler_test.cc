@@ -13,7 +13,7 @@ namespace stance {
 namespace {
 
 TEST(PoseSampler, EveryMixGivesRotations) {
-  const Points rest = testing::SmallBodyJoints();
+  const Points rest = testing::TPoseJoints();
   const MotionLibrary none({});
   for (const PoseMix mix : {PoseMix::kModerate, PoseMix::kHard, PoseMix::kTraining}) {
     for (int i = 0; i < 200; ++i) {
@@ -31,7 +31,7 @@ TEST(PoseSampler, EveryMixGivesRotations) {
 
 // The knee only hinges: whatever the mix, the shin never swings in front of the thigh's line.
 TEST(PoseSampler, KneesNeverBendForward) {
-  const Points rest = testing::SmallBodyJoints();
+  const Points rest = testing::TPoseJoints();
   for (int i = 0; i < 500; ++i) {
     Random random(2, i);
     const auto local = SamplePose(random, PoseMix::kHard, MotionLibrary({}), Split::kTrain, rest);
@@ -42,7 +42,7 @@ TEST(PoseSampler, KneesNeverBendForward) {
 }
 
 TEST(PoseSampler, HardPosesBendMoreThanModerateOnes) {
-  const Points rest = testing::SmallBodyJoints();
+  const Points rest = testing::TPoseJoints();
   const auto mean_angle = [&rest](PoseMix mix) {
     double sum = 0;
     for (int i = 0; i < 300; ++i) {

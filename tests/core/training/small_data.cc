@@ -266,11 +266,17 @@ constexpr std::array<BvhLine, 2> kBvhLeftLeg = {{{"lShin", 2, {0, -37, 1}}, {"lF
 
 TemporaryFolder::TemporaryFolder() {
   const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-  std::string pattern = fmt::format("{}/{}_XXXXXX", ::testing::TempDir(), test ? test->name() : "stance");
-  path_ = mkdtemp(pattern.data());
+  std::string name = test ? test->name() : "stance";
+  std::replace(name.begin(), name.end(), '/', '_');  // of a parameterised test
+  std::string pattern = fmt::format("{}/{}_XXXXXX", ::testing::TempDir(), name);
+  const char* const made = mkdtemp(pattern.data());
+  EXPECT_NE(made, nullptr) << pattern;
+  if (made != nullptr) path_ = made;
 }
 
-TemporaryFolder::~TemporaryFolder() { std::filesystem::remove_all(path_); }
+TemporaryFolder::~TemporaryFolder() {
+  if (!path_.empty()) std::filesystem::remove_all(path_);
+}
 
 void WriteGzip(const path& file, const std::string& text) {
   std::filesystem::create_directories(file.parent_path());
@@ -281,6 +287,18 @@ void WriteGzip(const path& file, const std::string& text) {
 }
 
 Points SmallBodyJoints() { return MakeJoints(); }
+
+Points TPoseJoints() {
+  Points joints = MakeJoints();
+  for (const int side : {0, 1}) {
+    const float sign = side == 0 ? 1.0f : -1.0f;
+    const Eigen::RowVector3f shoulder = joints.row(kLeftShoulder + side);
+    joints.row(kLeftElbow + side) = shoulder + Eigen::RowVector3f(sign * 0.27f, 0, 0);
+    joints.row(kLeftWrist + side) = shoulder + Eigen::RowVector3f(sign * 0.5f, 0, 0);
+    joints.row(kLeftHand + side) = shoulder + Eigen::RowVector3f(sign * 0.6f, 0, 0);
+  }
+  return joints;
+}
 
 void WriteSmallBody(const path& folder) {
   WriteText(folder / "3dobjs" / "base.obj", BaseObj());

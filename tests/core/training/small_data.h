@@ -32,6 +32,9 @@ void WriteSmallBody(const std::filesystem::path& folder);
 // The joints (24, 3) that its rig means, metres.
 Points SmallBodyJoints();
 
+// The same with the arms laid along the x axis.
+Points TPoseJoints();
+
 // `clips` BVH files on the CMU skeleton's names, clip_00.bvh ..., each of a frame in the zero pose and five
 // with every joint turned by up to 40 degrees.
 void WriteSmallMotions(const std::filesystem::path& folder, int clips);
