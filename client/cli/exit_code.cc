@@ -62,6 +62,7 @@ absl::Status FileError(const absl::Status& status) {
 absl::Status ServerError(const absl::Status& status) {
   switch (status.code()) {
     case absl::StatusCode::kNotFound:
+    case absl::StatusCode::kAlreadyExists:
       return WithExitCode(status, ExitCode::kBadInput);
     case absl::StatusCode::kPermissionDenied:
       return WithExitCode(status, ExitCode::kServer);
