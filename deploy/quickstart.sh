@@ -72,7 +72,7 @@ until [[ -n "$address" ]] && "$bin/stance" server-info --server "$address" --tim
 done
 say "ready at $address"
 
-"$bin/stance" transfer "${meshes[@]}" --server "$address" \
+"$bin/stance" transfer --twist inherited "${meshes[@]}" --server "$address" \
   --output "$out/target.obj" --output "$out/target.glb" --view "$out/view.png"
 
 say "stop the server"
