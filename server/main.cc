@@ -3,6 +3,7 @@
 #include <csignal>
 #include <cstdio>
 
+#include "core/base/allocator.h"
 #include "server/command_line.h"
 #include "server/log.h"
 #include "server/server.h"
@@ -11,6 +12,7 @@ int main(int argc, char** argv) {
   auto command_line = stance::ReadCommandLine(argc, argv);
   if (const auto* exit = std::get_if<stance::ExitNow>(&command_line)) return exit->code;
   const auto& config = std::get<stance::ServerConfig>(command_line);
+  stance::KeepFreedMemory();
   stance::SetUpLog(config.log_format, config.log_level);
 
   // Blocked before any thread starts, so that every thread inherits it and only sigwait sees the signals.

@@ -6,6 +6,7 @@
 #include "client/cli/arguments.h"
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
+#include "core/base/allocator.h"
 
 namespace stance {
 namespace {
@@ -34,6 +35,7 @@ absl::Status Run(int argc, const char* const* argv) {
 }  // namespace stance
 
 int main(int argc, char** argv) {
+  stance::KeepFreedMemory();  // for --local
   absl::Status status;
   // Nothing of ours throws; the standard library and what it is built on may (no memory).
   try {

@@ -29,8 +29,24 @@ torch::Tensor EdgeConvImpl::forward(const torch::Tensor& x, const torch::Tensor&
   }
   const auto [scale, shift] = FoldNorm(norm);
   const auto row_scale = scale.unsqueeze(1);
-  const auto a = torch::mm(x, (w_a * row_scale).t());
-  return Leaky(GatherMax(a, table).add_(torch::addmm(shift, x, (w_b * row_scale).t())));
+  return Leaky(GatherMax(torch::mm(x, (w_a * row_scale).t()), table) +
+               torch::addmm(shift, x, (w_b * row_scale).t()));
+}
+
+void EdgeConvImpl::ForwardInto(const torch::Tensor& x, const torch::Tensor& table, torch::Tensor out) {
+  STANCE_CHECK(!torch::GradMode::is_enabled() && !(norm && is_training()));
+  const int64_t in = weight.size(1) / 2;
+  auto w_a = weight.slice(1, 0, in), w_b = weight.slice(1, in) - w_a;
+  auto shift = bias;
+  if (norm) {
+    const auto fold = FoldNorm(norm);
+    const auto row_scale = fold.scale.unsqueeze(1);
+    w_a = w_a * row_scale;
+    w_b = w_b * row_scale;
+    shift = fold.shift;
+  }
+  torch::addmm_out(out, shift, x, w_b.t());
+  AddGatherMaxLeaky(torch::mm(x, w_a.t()), table, kLeakySlope, out);
 }
 
 NormFold EdgeConvImpl::BatchFold(const torch::Tensor& a, const torch::Tensor& b, const torch::Tensor& table) {
@@ -73,7 +89,14 @@ GkEdgeConvImpl::GkEdgeConvImpl(int64_t in, int64_t out, bool batch_norm) {
 
 torch::Tensor GkEdgeConvImpl::forward(const torch::Tensor& x, const torch::Tensor& knn,
                                       const torch::Tensor& one_ring) {
-  return mix(torch::cat({nearest(x, knn), ring(x, one_ring)}, 1));
+  if (torch::GradMode::is_enabled() || is_training()) {
+    return mix(torch::cat({nearest(x, knn), ring(x, one_ring)}, 1));
+  }
+  const int64_t width = nearest->weight.size(0);
+  auto both = torch::empty({x.size(0), 2 * width}, x.options());
+  nearest->ForwardInto(x, knn, both.narrow(1, 0, width));
+  ring->ForwardInto(x, one_ring, both.narrow(1, width, width));
+  return mix(both);
 }
 
 torch::Tensor GkEdgeConvImpl::ForwardPlain(const torch::Tensor& x, const torch::Tensor& knn,

@@ -19,6 +19,10 @@ class EdgeConvImpl : public torch::nn::Module {
 
   torch::Tensor forward(const torch::Tensor& x, const torch::Tensor& table);
 
+  // The same without a gradient (eval mode), into `out` (N, out), which may be some columns of a wider
+  // matrix.
+  void ForwardInto(const torch::Tensor& x, const torch::Tensor& table, torch::Tensor out);
+
   // The formula as printed, over every edge: what tests and benchmarks compare with. Eval mode only.
   torch::Tensor ForwardPlain(const torch::Tensor& x, const torch::Tensor& table);
 

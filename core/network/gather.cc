@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "core/base/check.h"
+#include "core/base/lanes.h"
 #include "core/base/multiversion.h"
 
 namespace stance {
@@ -25,6 +26,39 @@ STANCE_MULTIVERSION void MaxRows(const float* a, const int32_t* table, int64_t b
     for (int64_t j = 1; j < k; ++j) {
       const float* s = a + row[j] * c;
       for (int64_t i = 0; i < c; ++i) o[i] = s[i] > o[i] ? s[i] : o[i];
+    }
+  }
+}
+
+// out = LeakyReLU(out + max), 32 channels at a time so that the maxima stay in registers.
+STANCE_MULTIVERSION void AddMaxLeakyRows(const float* a, const int32_t* table, int64_t begin, int64_t end,
+                                         int64_t k, int64_t c, float slope, int64_t stride, float* out) {
+  for (int64_t v = begin; v < end; ++v) {
+    const int32_t* row = table + v * k;
+    float* o = out + v * stride;
+    int64_t i = 0;
+    for (; i + 32 <= c; i += 32) {
+      const float* s = a + row[0] * c + i;
+      Lanes m0 = LanesAt(s), m1 = LanesAt(s + 8), m2 = LanesAt(s + 16), m3 = LanesAt(s + 24);
+      for (int64_t j = 1; j < k; ++j) {
+        s = a + row[j] * c + i;
+        const Lanes s0 = LanesAt(s), s1 = LanesAt(s + 8), s2 = LanesAt(s + 16), s3 = LanesAt(s + 24);
+        m0 = s0 > m0 ? s0 : m0;
+        m1 = s1 > m1 ? s1 : m1;
+        m2 = s2 > m2 ? s2 : m2;
+        m3 = s3 > m3 ? s3 : m3;
+      }
+      const Lanes most[] = {m0, m1, m2, m3};
+      for (int l = 0; l < 4; ++l) {
+        const Lanes value = LanesAt(o + i + 8 * l) + most[l];
+        LanesAt(o + i + 8 * l) = value > 0 ? value : slope * value;
+      }
+    }
+    for (; i < c; ++i) {
+      float most = a[row[0] * c + i];
+      for (int64_t j = 1; j < k; ++j) most = std::max(most, a[row[j] * c + i]);
+      const float value = o[i] + most;
+      o[i] = value > 0 ? value : slope * value;
     }
   }
 }
@@ -165,6 +199,23 @@ torch::Tensor GatherMax(const torch::Tensor& features, const torch::Tensor& tabl
             out.data_ptr<float>());
   });
   return out;
+}
+
+void AddGatherMaxLeaky(const torch::Tensor& features, const torch::Tensor& table, double slope,
+                       torch::Tensor out) {
+  const auto rows = CheckedTable(features, table);
+  STANCE_CHECK(out.dim() == 2 && out.size(0) == rows.size(0) && out.size(1) == features.size(1));
+  if (!features.device().is_cpu()) {
+    out.add_(GatherOnDevice(features, rows, /*maximum=*/true));
+    torch::leaky_relu_(out, slope);
+    return;
+  }
+  STANCE_CHECK(out.stride(1) == 1);
+  const auto a = features.contiguous();
+  at::parallel_for(0, rows.size(0), kRowGrain, [&](int64_t begin, int64_t end) {
+    AddMaxLeakyRows(a.data_ptr<float>(), rows.data_ptr<int32_t>(), begin, end, rows.size(1), a.size(1),
+                    static_cast<float>(slope), out.stride(0), out.data_ptr<float>());
+  });
 }
 
 torch::Tensor GatherSum(const torch::Tensor& features, const torch::Tensor& table) {

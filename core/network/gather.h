@@ -10,6 +10,11 @@ namespace stance {
 // Differentiable: the gradient goes to the (first) maximal neighbour.
 torch::Tensor GatherMax(const torch::Tensor& features, const torch::Tensor& table);
 
+// out[v, c] = LeakyReLU(out[v, c] + max over u in table[v] of features[u, c]), in place; `out` (M, C) may be
+// some columns of a wider matrix. Carries no gradient.
+void AddGatherMaxLeaky(const torch::Tensor& features, const torch::Tensor& table, double slope,
+                       torch::Tensor out);
+
 // out[v, c] = sum over u in table[v] of features[u, c]. Differentiable.
 torch::Tensor GatherSum(const torch::Tensor& features, const torch::Tensor& table);
 

@@ -85,8 +85,18 @@ torch::Tensor WeightNetworkImpl::Head(const PointBatch& batch, const torch::Tens
     x = x.index_select(0, *rows);
     mesh_of_row = mesh_of_row.index_select(0, *rows);
   }
-  x = head1->ForwardSplit(x, torch::stack(summaries), mesh_of_row);
-  return out(head3(head2(x)));
+  const auto summary = torch::stack(summaries);
+  const auto layers = [&](const torch::Tensor& some, const torch::Tensor& mesh) {
+    return out(head3(head2(head1->ForwardSplit(some, summary, mesh))));
+  };
+  constexpr int64_t kRows = 2048;  // a block's 1,024 channels stay in the cache
+  if (is_training() || torch::GradMode::is_enabled() || x.size(0) <= kRows) return layers(x, mesh_of_row);
+  auto logits = torch::empty({x.size(0), kHumanJoints}, x.options());
+  for (int64_t begin = 0; begin < x.size(0); begin += kRows) {
+    const int64_t end = std::min(begin + kRows, x.size(0));
+    logits.slice(0, begin, end).copy_(layers(x.slice(0, begin, end), mesh_of_row.slice(0, begin, end)));
+  }
+  return logits;
 }
 
 torch::Tensor WeightNetworkImpl::forward(const PointBatch& batch) {

@@ -1,12 +1,11 @@
 // stance-train: builds data packs, trains, and exports models.
 
 #include <fmt/format.h>
-#include <malloc.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <limits>
 
+#include "core/base/allocator.h"
 #include "core/mesh/mesh_io.h"
 #include "core/network/skeletal_model.h"
 #include "core/training/character_generator.h"
@@ -41,11 +40,7 @@ void Report(const std::string& line) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // A step allocates and frees the same few hundred MB: keep them, in place of returning them to the kernel
-  // and faulting them in again (a tenth of the time).
-  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
-  mallopt(M_TOP_PAD, 256 << 20);
-
+  stance::KeepFreedMemory();
   CLI::App app("Trains Stance's networks on MakeHuman's CC0 body and CMU motion capture.");
   app.require_subcommand(1);
 

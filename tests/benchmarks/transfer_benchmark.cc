@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 
+#include "core/base/allocator.h"
 #include "core/base/check.h"
 #include "core/base/threads.h"
 #include "core/mesh/laplacian.h"
@@ -84,11 +85,11 @@ torch::Tensor SurfaceFeatures(int64_t rows, int64_t channels) {
   return channels == 3 ? x : torch::tanh(torch::mm(x, torch::randn({3, channels})) * 3);
 }
 
-void Knn(benchmark::State& state, bool tree) {
+void Knn(benchmark::State& state, bool torch) {
   at::set_num_threads(1);
   const auto x = SurfaceFeatures(state.range(1), state.range(0));
   for (auto _ : state) {
-    benchmark::DoNotOptimize(tree ? KNearestByTree(x, kNeighbors) : KNearestByProduct(x, kNeighbors));
+    benchmark::DoNotOptimize(torch ? KNearestByTorch(x, kNeighbors) : KNearest(x, {0, x.size(0)}));
   }
 }
 
@@ -126,12 +127,12 @@ BENCHMARK_CAPTURE(Transfer, sampled, false)->Unit(benchmark::kMillisecond)->UseR
 BENCHMARK_CAPTURE(Transfer, full_resolution, true)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK_CAPTURE(Confidence, decomposed, false)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK_CAPTURE(Confidence, plain, true)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(Knn, product, false)
-    ->ArgsProduct({{3, 64, 128}, {1024, 6890, 27556}})
+BENCHMARK_CAPTURE(Knn, index, false)
+    ->ArgsProduct({{3, 64, 128}, {512, 1024, 6890, 27556}})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
-BENCHMARK_CAPTURE(Knn, tree, true)
-    ->ArgsProduct({{3, 64, 128}, {1024, 6890, 27556}})
+BENCHMARK_CAPTURE(Knn, torch, true)
+    ->ArgsProduct({{3, 64, 128}, {512, 1024, 6890, 27556}})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 BENCHMARK(SparseWeights)->Name("Weights/sparse")->Unit(benchmark::kMillisecond)->UseRealTime();
@@ -140,4 +141,10 @@ BENCHMARK(DenseWeights)->Name("Weights/dense")->Unit(benchmark::kMillisecond)->U
 }  // namespace
 }  // namespace stance
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+  stance::KeepFreedMemory();  // as the server does
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}

@@ -16,14 +16,21 @@ void ExpectNearest(const torch::Tensor& x, const torch::Tensor& table) {
 
 class KNearestIn : public ::testing::TestWithParam<int> {};
 
-TEST_P(KNearestIn, BothWaysFindTheNearest) {
+TEST_P(KNearestIn, FindsTheNearestOfScatteredRows) {
   torch::manual_seed(GetParam());
   const auto x = torch::randn({700, GetParam()});
-  ExpectNearest(x, KNearestByProduct(x, 20));
-  ExpectNearest(x, KNearestByTree(x, 20));
+  ExpectNearest(x, KNearest(x, {0, 700}, 20));
+  ExpectNearest(x, KNearestByTorch(x, 20));
 }
 
-INSTANTIATE_TEST_SUITE_P(Dimensions, KNearestIn, ::testing::Values(3, 64, 128, 256));
+// A curved surface in feature space, far from the origin: what the layers of a network make.
+TEST_P(KNearestIn, FindsTheNearestOnASurface) {
+  torch::manual_seed(GetParam());
+  const auto x = torch::tanh(torch::mm(torch::rand({2000, 2}), torch::randn({2, GetParam()}))) + 10;
+  ExpectNearest(x, KNearest(x, {0, 2000}, 20));
+}
+
+INSTANTIATE_TEST_SUITE_P(Dimensions, KNearestIn, ::testing::Values(1, 3, 8, 9, 64, 128, 256));
 
 TEST(KNearest, ContainsTheRowItselfFirst) {
   const auto x = torch::rand({300, 3});
@@ -59,6 +66,15 @@ TEST(KNearest, HandlesCoincidingPoints) {
   const auto table = KNearest(torch::zeros({40, 3}), {0, 40}, 20);
   EXPECT_GE(table.min().item<int>(), 0);
   EXPECT_LT(table.max().item<int>(), 40);
+}
+
+TEST(KNearest, ARowThatIsNotFiniteIsItsOwnOnlyNeighbor) {
+  torch::manual_seed(1);
+  auto x = torch::rand({100, 64});
+  x[17].fill_(std::numeric_limits<float>::quiet_NaN());
+  const auto table = KNearest(x, {0, 100}, 20);
+  EXPECT_TRUE((table[17] == 17).all().item<bool>());
+  EXPECT_EQ((table == 17).sum().item<int64_t>(), 20);
 }
 
 }  // namespace
