@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <new>
 #include <vector>
 
 namespace stance {
@@ -18,6 +19,21 @@ TEST(ParallelFor, CoversEveryIndexOnce) {
         for (int64_t i = begin; i < end; ++i) ++hits[i];
       });
       for (const auto& hit : hits) EXPECT_EQ(hit, 1);
+    }
+  }
+}
+
+TEST(ParallelFor, ThrowsOnTheCallersThreadWhatABodyThrows) {
+  for (const int threads : {1, 4}) {
+    for (const int64_t bad : {0, 99}) {
+      std::atomic<int> done = 0;
+      EXPECT_THROW(ParallelFor(100, threads, 1,
+                               [&](int64_t begin, int64_t end) {
+                                 if (begin <= bad && bad < end) throw std::bad_alloc();
+                                 done += static_cast<int>(end - begin);
+                               }),
+                   std::bad_alloc);
+      EXPECT_EQ(done, threads == 1 ? 0 : 75) << "the other ranges are run";
     }
   }
 }
