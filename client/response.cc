@@ -53,7 +53,7 @@ absl::StatusOr<TransferAnswer> ReadTransferResponse(const v1::TransferResponse& 
                                                     const TriangleMesh& source) {
   TransferAnswer answer;
   TransferResult& result = answer.result;
-  absl::StatusOr<TriangleMesh> target = MeshFromWire(response.target());
+  absl::StatusOr<TriangleMesh> target = MeshFromWire(response.target(), kNoMeshLimits);
   if (!target.ok()) return BadAnswer("target", target.status());
   if (target->vertex_count() != source.vertex_count()) {
     return BadCount("target", target->vertex_count(), source.vertex_count());

@@ -247,8 +247,9 @@ int64_t EstimateVertices(const v1::Mesh& mesh) {
   return std::max<int64_t>(1, vertices);
 }
 
-absl::StatusOr<TriangleMesh> DecodeMesh(const v1::Mesh& mesh, const std::string& field) {
-  absl::StatusOr<TriangleMesh> decoded = MeshFromWire(mesh);
+absl::StatusOr<TriangleMesh> DecodeMesh(const v1::Mesh& mesh, const std::string& field,
+                                        const MeshLimits& limits) {
+  absl::StatusOr<TriangleMesh> decoded = MeshFromWire(mesh, limits);
   if (!decoded.ok()) return NameField(decoded.status(), kInvalidMesh, field);
   return decoded;
 }

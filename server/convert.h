@@ -48,7 +48,8 @@ absl::StatusOr<RigPlan> PlanRig(const v1::RigRequest& request, const Catalog& ca
 int64_t EstimateVertices(const v1::Mesh& mesh);
 
 // The mesh in the request's field `field` ("source"). Errors are FieldErrors.
-absl::StatusOr<TriangleMesh> DecodeMesh(const v1::Mesh& mesh, const std::string& field);
+absl::StatusOr<TriangleMesh> DecodeMesh(const v1::Mesh& mesh, const std::string& field,
+                                        const MeshLimits& limits = {});
 
 // Fills what the plan asks for; warnings, model and the core's phases always. The request tells the source's
 // axis.

@@ -6,12 +6,22 @@
 #include <string>
 #include <vector>
 
+#include "core/base/status.h"
+#include "core/mesh/mesh_check.h"
 #include "core/mesh/triangle_mesh.h"
 
 namespace stance {
 
 class MeshBuilder {
  public:
+  explicit MeshBuilder(const MeshLimits& limits) : limits_(limits) {}
+
+  // CheckMesh's refusal if so many vertices and faces more would exceed the limits. Readers ask before they
+  // add.
+  absl::Status CheckRoom(int64_t vertices, int64_t faces) const {
+    return CheckLimits(vertex_count() + vertices, face_count() + faces, limits_);
+  }
+
   void AddPosition(float x, float y, float z) { positions_.insert(positions_.end(), {x, y, z}); }
   int64_t vertex_count() const { return static_cast<int64_t>(positions_.size()) / 3; }
   int64_t face_count() const { return static_cast<int64_t>(faces_.size()) / 3; }
@@ -29,6 +39,7 @@ class MeshBuilder {
  private:
   void EndGroup();
 
+  MeshLimits limits_;
   std::vector<float> positions_;
   std::vector<int32_t> faces_;
   std::vector<MeshGroup> groups_;

@@ -6,15 +6,17 @@
 #include <vector>
 
 #include "core/base/status.h"
+#include "core/mesh/mesh_check.h"
 #include "core/mesh/triangle_mesh.h"
 
 namespace stance {
 
-absl::StatusOr<TriangleMesh> ParseObj(std::string_view bytes);
-absl::StatusOr<TriangleMesh> ParsePly(std::string_view bytes);
-absl::StatusOr<TriangleMesh> ParseOff(std::string_view bytes);
-absl::StatusOr<TriangleMesh> ParseStl(std::string_view bytes);
-absl::StatusOr<TriangleMesh> ParseGlb(std::string_view bytes);
+// ParseMesh's contract for each format.
+absl::StatusOr<TriangleMesh> ParseObj(std::string_view bytes, const MeshLimits& limits = {});
+absl::StatusOr<TriangleMesh> ParsePly(std::string_view bytes, const MeshLimits& limits = {});
+absl::StatusOr<TriangleMesh> ParseOff(std::string_view bytes, const MeshLimits& limits = {});
+absl::StatusOr<TriangleMesh> ParseStl(std::string_view bytes, const MeshLimits& limits = {});
+absl::StatusOr<TriangleMesh> ParseGlb(std::string_view bytes, const MeshLimits& limits = {});
 
 // Each REQUIRES a mesh that CheckWritable accepts: finite positions, indices in range, attributes of zero
 // or one row per vertex, groups inside the faces and in order.

@@ -1,5 +1,5 @@
-// GLB, the binary form of glTF 2.0: the triangles of the default scene, in its frame. Skins, morph targets,
-// materials and animations are ignored.
+// GLB, the binary form of glTF 2.0: the triangles of the default scene, in its frame. Skins (beyond that a
+// skinned mesh ignores its node's transform), morph targets, materials and animations are ignored.
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -62,8 +62,8 @@ std::array<int64_t, 3> TriangleCorners(Mode mode, int64_t t) {
 
 class GlbReader {
  public:
-  GlbReader(GlbChunks glb, int64_t file_size)
-      : glb_(std::move(glb)), budget_(kFreeGrowth + kLargestGrowth * file_size) {}
+  GlbReader(GlbChunks glb, int64_t file_size, const MeshLimits& limits)
+      : glb_(std::move(glb)), budget_(kFreeGrowth + kLargestGrowth * file_size), builder_(limits) {}
 
   absl::StatusOr<TriangleMesh> Read() {
     STANCE_RETURN_IF_ERROR(RefuseCompression());
@@ -148,7 +148,11 @@ class GlbReader {
       STANCE_ASSIGN_OR_RETURN(const Affine3d local,
                               LocalTransform(*json, fmt::format("nodes[{}]", visit.node)));
       const Affine3d global = visit.parent * local;
-      if (FindMember(*json, "mesh") != nullptr) STANCE_RETURN_IF_ERROR(ReadMeshOf(*json, visit.node, global));
+      if (FindMember(*json, "mesh") != nullptr) {
+        // Joints place a skinned mesh, not its node (glTF 2.0, 3.7.3); the pose that it is stored in is ours.
+        const bool skinned = FindMember(*json, "skin") != nullptr;
+        STANCE_RETURN_IF_ERROR(ReadMeshOf(*json, visit.node, skinned ? Affine3d::Identity() : global));
+      }
       next.clear();
       STANCE_RETURN_IF_ERROR(AppendNodes(*json, "children", next));
       push(global);
@@ -233,6 +237,7 @@ class GlbReader {
       return Invalid(fmt::format("{}: {} corners are no whole number of triangles", where, corners));
     }
     const int64_t triangles = mode == kTriangles ? corners / 3 : std::max<int64_t>(corners - 2, 0);
+    STANCE_RETURN_IF_ERROR(builder_.CheckRoom(0, triangles));
     STANCE_RETURN_IF_ERROR(Spend(triangles * 12, where));
     const bool mirrored = transform.linear().determinant() < 0;  // turns the winding over (glTF 2.0, 3.7.4)
     for (int64_t t = 0; t < triangles; ++t) {
@@ -274,6 +279,7 @@ class GlbReader {
     vertices = positions->count();
     const auto [place, added] = first_vertex_of_.try_emplace(key, builder_.vertex_count());
     if (!added) return place->second;
+    STANCE_RETURN_IF_ERROR(builder_.CheckRoom(vertices, 0));
     STANCE_RETURN_IF_ERROR(Spend(vertices * (12 + (normals ? 12 : 0) + (texcoords ? 8 : 0)), where));
     if (builder_.vertex_count() + vertices > std::numeric_limits<int32_t>::max()) {
       return Invalid("more vertices than 32-bit indices can name");
@@ -324,9 +330,9 @@ class GlbReader {
 
 }  // namespace
 
-absl::StatusOr<TriangleMesh> ParseGlb(std::string_view bytes) {
+absl::StatusOr<TriangleMesh> ParseGlb(std::string_view bytes, const MeshLimits& limits) {
   STANCE_ASSIGN_OR_RETURN(GlbChunks chunks, SplitGlb(bytes));
-  return GlbReader(std::move(chunks), std::ssize(bytes)).Read();
+  return GlbReader(std::move(chunks), std::ssize(bytes), limits).Read();
 }
 
 }  // namespace stance

@@ -145,7 +145,7 @@ absl::StatusOr<GlbAccessor> GlbAccessor::Find(const GlbChunks& glb, int64_t inde
   }
 
   GlbAccessor accessor;
-  accessor.components_ = type == "SCALAR" ? 1 : type == "VEC2" ? 2 : 3;
+  const int64_t components = type == "SCALAR" ? 1 : type == "VEC2" ? 2 : 3;
   STANCE_ASSIGN_OR_RETURN(const int64_t component_type,
                           IntegerMember(*json, "componentType", 0, 1 << 16, where));
   const int64_t component_bytes = ComponentBytes(component_type);
@@ -179,7 +179,7 @@ absl::StatusOr<GlbAccessor> GlbAccessor::Find(const GlbChunks& glb, int64_t inde
                           IntegerMember(*view, "byteLength", 0, size + 1, view_where));
   if (view_length > size - view_offset) return Invalid(view_where + " reaches beyond the binary chunk");
 
-  const int64_t element_bytes = accessor.components_ * component_bytes;
+  const int64_t element_bytes = components * component_bytes;
   STANCE_ASSIGN_OR_RETURN(accessor.stride_,
                           IntegerMember(*view, "byteStride", element_bytes, kLargestStride + 1, view_where));
   if (accessor.stride_ < element_bytes) {

@@ -42,10 +42,9 @@ class GlbAccessor {
   static absl::StatusOr<GlbAccessor> Find(const GlbChunks& glb, int64_t index, std::string_view type);
 
   int64_t count() const { return count_; }
-  int components() const { return components_; }
   bool is_unsigned_integer() const;
 
-  // REQUIRES: 0 <= row < count(), 0 <= component < components(). Normalised integers become reals in [-1, 1].
+  // REQUIRES: 0 <= row < count(), component within the type. Normalised integers become reals in [-1, 1].
   float Real(int64_t row, int component) const;
   // REQUIRES: is_unsigned_integer().
   int64_t Index(int64_t row) const;
@@ -56,7 +55,6 @@ class GlbAccessor {
   const char* data_ = nullptr;
   int64_t count_ = 0;
   int64_t stride_ = 0;
-  int components_ = 0;
   int component_type_ = 0;
   bool normalized_ = false;
 };

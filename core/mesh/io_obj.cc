@@ -19,6 +19,8 @@ constexpr int32_t kNone = -1;
 // corner that comes before its vertex's `v` line doesn't count.
 class ObjReader {
  public:
+  explicit ObjReader(const MeshLimits& limits) : builder_(limits) {}
+
   absl::StatusOr<TriangleMesh> Read(std::string_view bytes) {
     LineScanner lines(bytes);
     std::string joined;  // of a line that goes on after a backslash
@@ -55,6 +57,7 @@ class ObjReader {
     if (keyword == "v") {
       float xyz[3];
       STANCE_RETURN_IF_ERROR(ReadReals(line, 3, 3, xyz));
+      STANCE_RETURN_IF_ERROR(builder_.CheckRoom(1, 0));
       builder_.AddPosition(xyz[0], xyz[1], xyz[2]);
     } else if (keyword == "vn") {
       float xyz[3];
@@ -115,6 +118,7 @@ class ObjReader {
       corners_.push_back(vertex);
     }
     if (corners_.size() < 3) return Error(fmt::format("a face has {} corners", corners_.size()));
+    STANCE_RETURN_IF_ERROR(builder_.CheckRoom(0, std::ssize(corners_) - 2));
     builder_.AddPolygon(corners_);
     return absl::OkStatus();
   }
@@ -165,7 +169,9 @@ std::string GroupLine(std::string_view name) {
 
 }  // namespace
 
-absl::StatusOr<TriangleMesh> ParseObj(std::string_view bytes) { return ObjReader().Read(bytes); }
+absl::StatusOr<TriangleMesh> ParseObj(std::string_view bytes, const MeshLimits& limits) {
+  return ObjReader(limits).Read(bytes);
+}
 
 std::string SerializeObj(const TriangleMesh& mesh) {
   std::string text = "# Written by Stance\n";

@@ -15,7 +15,7 @@ namespace {
 
 class OffReader {
  public:
-  explicit OffReader(std::string_view bytes) : lines_(bytes) {}
+  OffReader(std::string_view bytes, const MeshLimits& limits) : lines_(bytes), builder_(limits) {}
 
   absl::StatusOr<TriangleMesh> Read() {
     STANCE_RETURN_IF_ERROR(ReadHeader());
@@ -79,6 +79,7 @@ class OffReader {
     if (!NextLine()) return Error(fmt::format("the file ends after {} of {} vertices", v, vertices_));
     float xyz[3];
     STANCE_RETURN_IF_ERROR(ReadReals(line_, 3, xyz));
+    STANCE_RETURN_IF_ERROR(builder_.CheckRoom(1, 0));
     builder_.AddPosition(xyz[0], xyz[1], xyz[2]);
     if (has_normals_) {
       STANCE_RETURN_IF_ERROR(ReadReals(line_, 3, xyz));
@@ -116,6 +117,7 @@ class OffReader {
       }
       corners_.push_back(static_cast<int32_t>(*index));
     }
+    STANCE_RETURN_IF_ERROR(builder_.CheckRoom(0, *count - 2));
     builder_.AddPolygon(corners_);
     return absl::OkStatus();
   }
@@ -131,7 +133,9 @@ class OffReader {
 
 }  // namespace
 
-absl::StatusOr<TriangleMesh> ParseOff(std::string_view bytes) { return OffReader(bytes).Read(); }
+absl::StatusOr<TriangleMesh> ParseOff(std::string_view bytes, const MeshLimits& limits) {
+  return OffReader(bytes, limits).Read();
+}
 
 std::string SerializeOff(const TriangleMesh& mesh) {
   const bool has_texcoords = mesh.texcoords.rows() > 0, has_normals = mesh.normals.rows() > 0;

@@ -148,7 +148,7 @@ class ValueReader {
 
 class PlyReader {
  public:
-  explicit PlyReader(std::string_view bytes) : lines_(bytes) {}
+  PlyReader(std::string_view bytes, const MeshLimits& limits) : lines_(bytes), builder_(limits) {}
 
   absl::StatusOr<TriangleMesh> Read() {
     STANCE_RETURN_IF_ERROR(ReadHeader());
@@ -159,11 +159,17 @@ class PlyReader {
             fmt::format("PLY: the header announces {} items of element {}, more than the file holds",
                         element.count, Quoted(element.name)));
       }
+      const bool is_face = element.name == "face";
+      if (element.name == "vertex") STANCE_RETURN_IF_ERROR(builder_.CheckRoom(element.count, 0));
+      if (is_face) STANCE_RETURN_IF_ERROR(builder_.CheckRoom(0, element.count));
       for (int64_t k = 0; k < element.count; ++k) {
         if (absl::Status status = ReadItem(element, values); !status.ok()) {
           return absl::InvalidArgumentError(fmt::format("PLY: {} {} of {}: {}", element.name, k,
                                                         element.count, std::string(status.message())));
         }
+        if (!is_face) continue;
+        STANCE_RETURN_IF_ERROR(builder_.CheckRoom(0, std::ssize(corners_) - 2));
+        builder_.AddPolygon(corners_);
       }
     }
     return std::move(builder_).Finish(normals_, texcoords_);
@@ -265,6 +271,7 @@ class PlyReader {
     return has_vertices_ ? absl::OkStatus() : Error("there is no element 'vertex'");
   }
 
+  // One vertex into the builder, one face into corners_.
   absl::Status ReadItem(const Element& element, ValueReader& values) {
     const auto incomplete = [] { return absl::InvalidArgumentError("a number is missing or malformed"); };
     std::array<float, kSlots> slots = {};
@@ -295,11 +302,8 @@ class PlyReader {
       builder_.AddPosition(slots[kX], slots[kY], slots[kZ]);
       if (has_normals_) normals_.insert(normals_.end(), {slots[kNx], slots[kNy], slots[kNz]});
       if (has_texcoords_) texcoords_.insert(texcoords_.end(), {slots[kU], slots[kV]});
-    } else if (element.name == "face") {
-      if (corners_.size() < 3) {
-        return absl::InvalidArgumentError(fmt::format("a face has {} corners", corners_.size()));
-      }
-      builder_.AddPolygon(corners_);
+    } else if (element.name == "face" && corners_.size() < 3) {
+      return absl::InvalidArgumentError(fmt::format("a face has {} corners", corners_.size()));
     }
     return absl::OkStatus();
   }
@@ -315,7 +319,9 @@ class PlyReader {
 
 }  // namespace
 
-absl::StatusOr<TriangleMesh> ParsePly(std::string_view bytes) { return PlyReader(bytes).Read(); }
+absl::StatusOr<TriangleMesh> ParsePly(std::string_view bytes, const MeshLimits& limits) {
+  return PlyReader(bytes, limits).Read();
+}
 
 std::string SerializePly(const TriangleMesh& mesh) {
   const bool has_texcoords = mesh.texcoords.rows() > 0, has_normals = mesh.normals.rows() > 0;

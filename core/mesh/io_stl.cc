@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstring>
 #include <limits>
 
@@ -13,6 +12,7 @@
 #include "core/mesh/io_bytes.h"
 #include "core/mesh/io_formats.h"
 #include "core/mesh/io_text.h"
+#include "core/mesh/weld.h"
 
 namespace stance {
 namespace {
@@ -26,10 +26,8 @@ class Welder {
   explicit Welder(MeshBuilder& builder) : builder_(builder) {}
 
   int32_t VertexAt(const float* xyz) {
-    std::array<uint32_t, 3> key;
-    // Adding zero turns -0 into +0, its equal.
-    for (int axis = 0; axis < 3; ++axis) key[axis] = std::bit_cast<uint32_t>(xyz[axis] + 0.0f);
-    const auto [place, added] = vertex_of_.try_emplace(key, static_cast<int32_t>(builder_.vertex_count()));
+    const auto [place, added] =
+        vertex_of_.try_emplace(PositionKey(xyz), static_cast<int32_t>(builder_.vertex_count()));
     if (added) builder_.AddPosition(xyz[0], xyz[1], xyz[2]);
     return place->second;
   }
@@ -39,8 +37,9 @@ class Welder {
   absl::flat_hash_map<std::array<uint32_t, 3>, int32_t> vertex_of_;
 };
 
-absl::StatusOr<TriangleMesh> ParseBinary(std::string_view bytes, uint32_t count) {
-  MeshBuilder builder;
+absl::StatusOr<TriangleMesh> ParseBinary(std::string_view bytes, uint32_t count, const MeshLimits& limits) {
+  MeshBuilder builder(limits);
+  STANCE_RETURN_IF_ERROR(builder.CheckRoom(0, count));
   Welder welder(builder);
   for (uint32_t f = 0; f < count; ++f) {
     const char* const facet = bytes.data() + kHeaderBytes + f * kFacetBytes;
@@ -52,6 +51,7 @@ absl::StatusOr<TriangleMesh> ParseBinary(std::string_view bytes, uint32_t count)
       }
       corners[corner] = welder.VertexAt(xyz);
     }
+    STANCE_RETURN_IF_ERROR(builder.CheckRoom(0, 1));
     builder.AddPolygon(corners);
   }
   return std::move(builder).Finish();
@@ -59,7 +59,8 @@ absl::StatusOr<TriangleMesh> ParseBinary(std::string_view bytes, uint32_t count)
 
 class TextReader {
  public:
-  explicit TextReader(std::string_view bytes) : bytes_(bytes), rest_(bytes) {}
+  TextReader(std::string_view bytes, const MeshLimits& limits)
+      : bytes_(bytes), rest_(bytes), builder_(limits) {}
 
   absl::StatusOr<TriangleMesh> Read() {
     while (!Trimmed(rest_).empty()) STANCE_RETURN_IF_ERROR(ReadSolid());
@@ -131,6 +132,7 @@ class TextReader {
     }
     STANCE_RETURN_IF_ERROR(Expect("endloop"));
     STANCE_RETURN_IF_ERROR(Expect("endfacet"));
+    STANCE_RETURN_IF_ERROR(builder_.CheckRoom(0, 1));
     builder_.AddPolygon(corners);
     return absl::OkStatus();
   }
@@ -143,14 +145,14 @@ class TextReader {
 
 }  // namespace
 
-absl::StatusOr<TriangleMesh> ParseStl(std::string_view bytes) {
+absl::StatusOr<TriangleMesh> ParseStl(std::string_view bytes, const MeshLimits& limits) {
   // Binary files often begin with "solid", too: the size tells the two apart.
   if (bytes.size() >= kHeaderBytes) {
     const uint32_t count = LoadLittleEndian<uint32_t>(bytes.data() + 80);
-    if (bytes.size() == kHeaderBytes + kFacetBytes * count) return ParseBinary(bytes, count);
+    if (bytes.size() == kHeaderBytes + kFacetBytes * count) return ParseBinary(bytes, count, limits);
   }
   std::string_view rest = bytes;
-  if (LowerCase(NextWord(rest).substr(0, 16)) == "solid") return TextReader(bytes).Read();
+  if (LowerCase(NextWord(rest).substr(0, 16)) == "solid") return TextReader(bytes, limits).Read();
   if (bytes.size() < kHeaderBytes) {
     return absl::InvalidArgumentError(
         fmt::format("STL: {} bytes are neither a text file nor a binary header", bytes.size()));

@@ -16,15 +16,8 @@ constexpr double kDegenerateHeight = 1e-6;
 
 absl::Status CheckCounts(const TriangleMesh& mesh, const MeshLimits& limits) {
   if (mesh.vertex_count() == 0) return absl::InvalidArgumentError("the mesh has no vertices");
-  if (mesh.vertex_count() > limits.max_vertices) {
-    return absl::InvalidArgumentError(fmt::format("the mesh has {} vertices; at most {} are accepted",
-                                                  mesh.vertex_count(), limits.max_vertices));
-  }
+  STANCE_RETURN_IF_ERROR(CheckLimits(mesh.vertex_count(), mesh.face_count(), limits));
   if (mesh.face_count() == 0) return absl::InvalidArgumentError("the mesh has no faces");
-  if (mesh.face_count() > limits.max_faces) {
-    return absl::InvalidArgumentError(
-        fmt::format("the mesh has {} faces; at most {} are accepted", mesh.face_count(), limits.max_faces));
-  }
   if (mesh.normals.rows() != 0 && mesh.normals.rows() != mesh.vertex_count()) {
     return absl::InvalidArgumentError(
         fmt::format("the mesh has {} normals for {} vertices", mesh.normals.rows(), mesh.vertex_count()));
@@ -172,7 +165,29 @@ void ReportNonManifoldEdges(const TriangleMesh& mesh, MeshReport& report) {
   }
 }
 
+// Warns of the first row that is not finite.
+template <typename Attribute>
+void ReportAttribute(const Attribute& rows, const char* name, MeshReport& report) {
+  if (rows.allFinite()) return;
+  int64_t v = 0;
+  while (rows.row(v).allFinite()) ++v;
+  report.warnings.push_back(
+      fmt::format("vertex {0} has a {1} that is not finite; the {1}s are left out", v, name));
+}
+
 }  // namespace
+
+absl::Status CheckLimits(int64_t vertices, int64_t faces, const MeshLimits& limits) {
+  if (vertices > limits.max_vertices) {
+    return absl::InvalidArgumentError(
+        fmt::format("the mesh has {} vertices; at most {} are accepted", vertices, limits.max_vertices));
+  }
+  if (faces > limits.max_faces) {
+    return absl::InvalidArgumentError(
+        fmt::format("the mesh has {} faces; at most {} are accepted", faces, limits.max_faces));
+  }
+  return absl::OkStatus();
+}
 
 absl::StatusOr<MeshReport> CheckMesh(const TriangleMesh& mesh, const MeshLimits& limits) {
   STANCE_RETURN_IF_ERROR(CheckCounts(mesh, limits));
@@ -182,7 +197,14 @@ absl::StatusOr<MeshReport> CheckMesh(const TriangleMesh& mesh, const MeshLimits&
   ReportDegenerateFaces(mesh, report);
   ReportComponents(mesh, report);
   ReportNonManifoldEdges(mesh, report);
+  ReportAttribute(mesh.normals, "normal", report);
+  ReportAttribute(mesh.texcoords, "texture coordinate", report);
   return report;
+}
+
+void DropBrokenAttributes(TriangleMesh& mesh) {
+  if (!mesh.normals.allFinite()) mesh.normals.resize(0, 3);
+  if (!mesh.texcoords.allFinite()) mesh.texcoords.resize(0, 2);
 }
 
 }  // namespace stance

@@ -67,18 +67,18 @@ std::string_view MeshFormatName(MeshFormat format) {
   STANCE_CHECK(false);
 }
 
-absl::StatusOr<TriangleMesh> ParseMesh(std::string_view bytes, MeshFormat format) {
+absl::StatusOr<TriangleMesh> ParseMesh(std::string_view bytes, MeshFormat format, const MeshLimits& limits) {
   switch (format) {
     case MeshFormat::kObj:
-      return ParseObj(bytes);
+      return ParseObj(bytes, limits);
     case MeshFormat::kPly:
-      return ParsePly(bytes);
+      return ParsePly(bytes, limits);
     case MeshFormat::kOff:
-      return ParseOff(bytes);
+      return ParseOff(bytes, limits);
     case MeshFormat::kStl:
-      return ParseStl(bytes);
+      return ParseStl(bytes, limits);
     case MeshFormat::kGlb:
-      return ParseGlb(bytes);
+      return ParseGlb(bytes, limits);
   }
   STANCE_CHECK(false);
 }
@@ -130,6 +130,11 @@ absl::Status CheckWritable(const TriangleMesh& mesh, MeshFormat format) {
 
 absl::StatusOr<std::string> SerializeMesh(const TriangleMesh& mesh, MeshFormat format) {
   STANCE_RETURN_IF_ERROR(CheckWritable(mesh, format));
+  if (!mesh.normals.allFinite() || !mesh.texcoords.allFinite()) {
+    TriangleMesh clean = mesh;
+    DropBrokenAttributes(clean);
+    return SerializeMesh(clean, format);
+  }
   switch (format) {
     case MeshFormat::kObj:
       return SerializeObj(mesh);
@@ -148,7 +153,7 @@ absl::StatusOr<std::string> SerializeMesh(const TriangleMesh& mesh, MeshFormat f
 absl::StatusOr<TriangleMesh> ReadMesh(const std::filesystem::path& path) {
   STANCE_ASSIGN_OR_RETURN(const MeshFormat format, MeshFormatFromName(path.filename().string()));
   STANCE_ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
-  absl::StatusOr<TriangleMesh> mesh = ParseMesh(bytes, format);
+  absl::StatusOr<TriangleMesh> mesh = ParseMesh(bytes, format, kNoMeshLimits);
   if (!mesh.ok()) return WithPath(path, mesh.status());
   return mesh;
 }

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nanoflann.hpp>
 #include <utility>
 
 #include "core/base/check.h"
+#include "core/mesh/farthest_point.h"
 
 namespace stance {
 namespace {
@@ -32,7 +32,7 @@ double SquaredLength(const Points& points, int32_t a, int32_t b) {
 }
 
 // ELR counts an edge once at each of its ends, hence the factor 2.
-double EdgeLengthRatio(const Points& predicted, const Points& truth, const std::vector<Edge>& edges) {
+double Elr(const Points& predicted, const Points& truth, const std::vector<Edge>& edges) {
   double sum = 0;
   for (const auto& [a, b] : edges) {
     const double true_length = SquaredLength(truth, a, b);
@@ -52,31 +52,12 @@ double EdgeLengthError(const Points& predicted, const Points& truth, const std::
   return sum / static_cast<double>(edges.size());
 }
 
-// The view of a Points that nanoflann asks for.
-struct PointCloud {
-  const Points& points;
-  size_t kdtree_get_point_count() const { return static_cast<size_t>(points.rows()); }
-  float kdtree_get_pt(size_t row, size_t axis) const {
-    return points(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(axis));
-  }
-  template <class Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
-  }
-};
-using KdTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, PointCloud>,
-                                                   PointCloud, 3, uint32_t>;
-
 // The mean distance from each point of `from` to its nearest in `to`.
 double DirectedChamfer(const Points& from, const Points& to) {
-  const PointCloud cloud{to};
-  const KdTree tree(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(10));
+  const std::vector<int32_t> nearest = NearestRow(from, to);
   double sum = 0;
   for (int64_t i = 0; i < from.rows(); ++i) {
-    uint32_t nearest = 0;
-    float squared = 0;
-    tree.knnSearch(from.row(i).data(), 1, &nearest, &squared);
-    sum += (from.row(i).cast<double>() - to.row(nearest).cast<double>()).norm();
+    sum += (from.row(i).cast<double>() - to.row(nearest[i]).cast<double>()).norm();
   }
   return sum / static_cast<double>(from.rows());
 }
@@ -91,9 +72,9 @@ MeshErrors CompareMeshes(const Points& predicted, const Points& truth, const Fac
   errors.pmd = distances.squaredNorm() / static_cast<double>(distances.size());
   errors.mean_mm = distances.mean() * 1000;
   errors.max_dist = distances.maxCoeff();
-  errors.elr = EdgeLengthRatio(predicted, truth, edges);
+  errors.elr = Elr(predicted, truth, edges);
   errors.el = EdgeLengthError(predicted, truth, edges);
-  errors.el_ratio = EdgeRatioError(predicted, truth, faces);
+  errors.edge_ratio_error = EdgeRatioError(predicted, truth, faces);
   errors.chamfer = ChamferDistance(predicted, truth);
   return errors;
 }

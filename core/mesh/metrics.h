@@ -11,13 +11,13 @@ namespace stance {
 inline constexpr double kReferenceStature = 1.7;  // metres
 
 struct MeshErrors {
-  double pmd = 0;       // m^2: mean over vertices of |v - v^|^2 (paper A, section 4.1, as printed)
-  double mean_mm = 0;   // mean over vertices of |v - v^|, millimetres
-  double max_dist = 0;  // metres: max over vertices of |v - v^|
-  double elr = 0;       // paper A: 1/V sum_i sum_{j in N(i)} |1 - |vi-vj|^2 / |v^i-v^j|^2|
-  double el = 0;        // m^2: see EdgeLengthError (paper B, equation 20)
-  double el_ratio = 0;  // see EdgeRatioError
-  double chamfer = 0;   // metres, symmetric: see ChamferDistance
+  double pmd = 0;               // m^2: mean over vertices of |v - v^|^2 (paper A, section 4.1, as printed)
+  double mean_mm = 0;           // mean over vertices of |v - v^|, millimetres
+  double max_dist = 0;          // metres: max over vertices of |v - v^|
+  double elr = 0;               // paper A: 1/V sum_i sum_{j in N(i)} |1 - |vi-vj|^2 / |v^i-v^j|^2|
+  double el = 0;                // m^2: see EdgeLengthError (paper B, equation 20)
+  double edge_ratio_error = 0;  // see EdgeRatioError
+  double chamfer = 0;           // metres, symmetric: see ChamferDistance
 };
 
 // All of them for a predicted mesh (V, 3) against its ground truth with the same faces. N(i) are the vertices
@@ -29,7 +29,7 @@ MeshErrors CompareMeshes(const Points& predicted, const Points& truth, const Fac
 // Paper B's EL as printed (equation 20): the mean over undirected edges of (l - l^)^2, m^2. 0 without edges.
 double EdgeLengthError(const Points& predicted, const Points& truth, const Faces& faces);
 
-// The dimensionless edge term that published code reports under the same name: the mean over faces of the
+// The edge ratio error, a dimensionless term that published code reports as EL: the mean over faces of the
 // mean over the face's three edges of |l / l^ - 1|. 0 without faces.
 double EdgeRatioError(const Points& predicted, const Points& truth, const Faces& faces);
 

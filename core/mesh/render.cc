@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/check.h"
+#include "core/mesh/measure.h"
 #include "core/mesh/render_canvas.h"
 #include "core/mesh/render_text.h"
 
@@ -46,22 +47,6 @@ ViewedItem View(const RenderItem& item, const Eigen::Matrix3f& frame) {
     any = true;
   }
   return viewed;
-}
-
-// Area-weighted vertex normals: the sum of the adjacent faces' cross products.
-Points VertexNormals(const Points& positions, const Faces& faces) {
-  Points normals = Points::Zero(positions.rows(), 3);
-  for (int64_t f = 0; f < faces.rows(); ++f) {
-    const Eigen::Vector3f a = positions.row(faces(f, 0)), b = positions.row(faces(f, 1)),
-                          c = positions.row(faces(f, 2));
-    const Eigen::RowVector3f normal = (b - a).cross(c - a).transpose();
-    for (int corner = 0; corner < 3; ++corner) normals.row(faces(f, corner)) += normal;
-  }
-  for (int64_t v = 0; v < normals.rows(); ++v) {
-    const float norm = normals.row(v).norm();
-    if (norm > 0) normals.row(v) /= norm;
-  }
-  return normals;
 }
 
 // From the viewer's metres to canvas pixels: x' = scale * x + offset_x, y' = -scale * y + offset_y.

@@ -1,7 +1,9 @@
 #include "core/mesh/resample.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <unordered_map>
 #include <utility>
 
@@ -12,17 +14,42 @@
 namespace stance {
 namespace {
 
+// The corners of the triangle (two of them on an edge, one at a vertex) that a point lies in, as the mesh's
+// own vertices; the last repeats where there are fewer.
+using Corners = std::array<int32_t, 3>;
+
 // A working copy whose first V rows are the mesh's own vertices.
 struct Refined {
   Points positions;
   Faces faces;
+  std::vector<Corners> added;  // of row V + i
+
+  Corners CornersOf(int64_t row) const {
+    const int64_t own = positions.rows() - static_cast<int64_t>(added.size());
+    if (row >= own) return added[row - own];
+    const auto vertex = static_cast<int32_t>(row);
+    return {vertex, vertex, vertex};
+  }
 };
+
+// Both ends of an edge of a refined triangle lie in one triangle of the mesh: three corners hold their union.
+Corners Union(const Corners& a, const Corners& b) {
+  Corners both = a;
+  size_t count = std::unique(both.begin(), both.end()) - both.begin();
+  for (const int32_t corner : b) {
+    const auto end = both.begin() + static_cast<std::ptrdiff_t>(count);
+    if (count < both.size() && std::find(both.begin(), end, corner) == end) both[count++] = corner;
+  }
+  std::fill(both.begin() + static_cast<std::ptrdiff_t>(count), both.end(), both[count - 1]);
+  return both;
+}
 
 // Splits every edge longer than `limit` at its middle, once; true if any was. A split edge is split in all
 // its faces, so cracks do not open, on manifold meshes and others.
 bool SplitLongEdges(Refined& mesh, float limit) {
   std::unordered_map<uint64_t, int32_t> middle;
   std::vector<Eigen::RowVector3f> added;
+  std::vector<Corners> added_corners;
   const auto split = [&](int32_t a, int32_t b) -> int32_t {
     const Eigen::RowVector3f pa = mesh.positions.row(a), pb = mesh.positions.row(b);
     if ((pa - pb).norm() <= limit) return -1;
@@ -30,7 +57,10 @@ bool SplitLongEdges(Refined& mesh, float limit) {
         (static_cast<uint64_t>(std::min(a, b)) << 32) | static_cast<uint32_t>(std::max(a, b));
     const auto [it, fresh] = middle.try_emplace(
         key, static_cast<int32_t>(mesh.positions.rows() + static_cast<int64_t>(added.size())));
-    if (fresh) added.push_back(0.5f * (pa + pb));
+    if (fresh) {
+      added.push_back(0.5f * (pa + pb));
+      added_corners.push_back(Union(mesh.CornersOf(a), mesh.CornersOf(b)));
+    }
     return it->second;
   };
   std::vector<int32_t> out;
@@ -66,6 +96,7 @@ bool SplitLongEdges(Refined& mesh, float limit) {
   const int64_t before = mesh.positions.rows();
   mesh.positions.conservativeResize(before + static_cast<int64_t>(added.size()), 3);
   for (size_t i = 0; i < added.size(); ++i) mesh.positions.row(before + static_cast<int64_t>(i)) = added[i];
+  mesh.added.insert(mesh.added.end(), added_corners.begin(), added_corners.end());
   mesh.faces = Eigen::Map<const Faces>(out.data(), static_cast<int64_t>(out.size() / 3), 3);
   return true;
 }
@@ -73,7 +104,7 @@ bool SplitLongEdges(Refined& mesh, float limit) {
 // Refines until the edges are shorter than about half the spacing of `samples` even samples. The number of
 // rounds is bounded: a needle a thousand times longer than the body isn't worth a million vertices.
 Refined Refine(const TriangleMesh& mesh, int64_t samples) {
-  Refined refined{mesh.positions, mesh.faces};
+  Refined refined{mesh.positions, mesh.faces, {}};
   const double area = SurfaceArea(refined.positions, refined.faces);
   if (!(area > 0)) return refined;
   const auto limit = static_cast<float>(0.6 * std::sqrt(area / static_cast<double>(samples)));
@@ -85,21 +116,27 @@ Refined Refine(const TriangleMesh& mesh, int64_t samples) {
   return refined;
 }
 
+// The vertices that have a face, ascending.
+std::vector<int32_t> ReferencedRows(const Points& positions, const Faces& faces) {
+  std::vector<char> used(positions.rows(), 0);
+  for (int64_t i = 0; i < faces.size(); ++i) used[faces.data()[i]] = 1;
+  std::vector<int32_t> rows;
+  for (int64_t v = 0; v < positions.rows(); ++v) {
+    if (used[v]) rows.push_back(static_cast<int32_t>(v));
+  }
+  return rows;
+}
+
 // Rows that farthest-point sampling may choose from: the referenced vertices, on dense meshes thinned to one
 // (the nearest to its centre) per cell of a grid a quarter of the sample spacing wide.
 std::vector<int32_t> Candidates(const Refined& mesh, int64_t samples) {
-  const int64_t vertices = mesh.positions.rows();
-  std::vector<char> used(vertices, 0);
-  for (int64_t i = 0; i < mesh.faces.size(); ++i) used[mesh.faces.data()[i]] = 1;
-  std::vector<int32_t> rows;
-  for (int64_t v = 0; v < vertices; ++v) {
-    if (used[v]) rows.push_back(static_cast<int32_t>(v));
-  }
+  std::vector<int32_t> rows = ReferencedRows(mesh.positions, mesh.faces);
   if (static_cast<int64_t>(rows.size()) <= 16 * samples) return rows;
   const double width =
       0.25 * std::sqrt(SurfaceArea(mesh.positions, mesh.faces) / static_cast<double>(samples));
   if (!(width > 0)) return rows;
-  const Eigen::RowVector3f low = mesh.positions.colwise().minCoeff();
+  Eigen::RowVector3f low = mesh.positions.row(rows[0]);
+  for (const int32_t v : rows) low = low.cwiseMin(mesh.positions.row(v));
   std::unordered_map<uint64_t, std::pair<float, int32_t>> best;
   for (const int32_t v : rows) {
     const Eigen::RowVector3d cell = (mesh.positions.row(v) - low).cast<double>() / width;
@@ -150,6 +187,27 @@ Points RowsOf(const Points& points, const std::vector<int32_t>& rows) {
   return out;
 }
 
+// Gives the vertices without a cell (-1) that of the sample nearest in space.
+void FillCells(const TriangleMesh& mesh, SurfaceSamples& samples) {
+  std::vector<int32_t> lost;
+  for (int64_t v = 0; v < mesh.vertex_count(); ++v) {
+    if (samples.cell[v] < 0) lost.push_back(static_cast<int32_t>(v));
+  }
+  if (lost.empty()) return;
+  const std::vector<int32_t> nearest = NearestRow(RowsOf(mesh.positions, lost), samples.points);
+  for (size_t i = 0; i < lost.size(); ++i) samples.cell[lost[i]] = nearest[i];
+}
+
+// The nearest of the corners around a row.
+int32_t NearestCorner(const Refined& mesh, int32_t row) {
+  const Corners corners = mesh.CornersOf(row);
+  const auto distance = [&](int32_t corner) {
+    return (mesh.positions.row(corner) - mesh.positions.row(row)).squaredNorm();
+  };
+  return *std::min_element(corners.begin(), corners.end(),
+                           [&](int32_t a, int32_t b) { return distance(a) < distance(b); });
+}
+
 }  // namespace
 
 SurfaceSamples ResampleSurface(const TriangleMesh& mesh, const ResampleOptions& options) {
@@ -160,29 +218,28 @@ SurfaceSamples ResampleSurface(const TriangleMesh& mesh, const ResampleOptions& 
 
   SurfaceSamples samples;
   samples.points = RowsOf(refined.positions, seeds);
+  samples.vertex.reserve(seeds.size());
+  for (const int32_t seed : seeds) samples.vertex.push_back(NearestCorner(refined, seed));
   const SurfaceGraph graph = BuildSurfaceGraph(refined.positions, refined.faces);
   std::vector<int32_t> cell = NearestSeed(graph, seeds);
   samples.one_ring = CellRing(graph, cell, samples.points, options.max_ring);
 
   samples.cell.assign(cell.begin(), cell.begin() + mesh.vertex_count());
-  std::vector<int32_t> lost;
-  for (int64_t v = 0; v < mesh.vertex_count(); ++v) {
-    if (samples.cell[v] < 0) lost.push_back(static_cast<int32_t>(v));
-  }
-  if (!lost.empty()) {
-    const std::vector<int32_t> nearest = NearestRow(RowsOf(mesh.positions, lost), samples.points);
-    for (size_t i = 0; i < lost.size(); ++i) samples.cell[lost[i]] = nearest[i];
-  }
+  FillCells(mesh, samples);
   return samples;
 }
 
 SurfaceSamples VertexSamples(const TriangleMesh& mesh, int max_ring) {
   SurfaceSamples samples;
-  samples.points = mesh.positions;
-  samples.cell.resize(mesh.vertex_count());
-  for (int64_t v = 0; v < mesh.vertex_count(); ++v) samples.cell[v] = static_cast<int32_t>(v);
+  samples.vertex = ReferencedRows(mesh.positions, mesh.faces);
+  samples.points = RowsOf(mesh.positions, samples.vertex);
+  samples.cell.assign(mesh.vertex_count(), -1);
+  for (size_t s = 0; s < samples.vertex.size(); ++s) {
+    samples.cell[samples.vertex[s]] = static_cast<int32_t>(s);
+  }
   samples.one_ring =
-      CellRing(BuildSurfaceGraph(mesh.positions, mesh.faces), samples.cell, mesh.positions, max_ring);
+      CellRing(BuildSurfaceGraph(mesh.positions, mesh.faces), samples.cell, samples.points, max_ring);
+  FillCells(mesh, samples);
   return samples;
 }
 

@@ -220,9 +220,10 @@ class PipelineImpl : public Pipeline {
     result.seconds.weights = watch.Lap();
 
     result.target = *job.source;
+    DropBrokenAttributes(result.target);
     result.target.positions =
         LinearBlendSkinning().Deform(job.source->positions, result.source_rig.weights, result.transforms);
-    if (job.source->normals.rows() == job.source->vertex_count()) {
+    if (result.target.normals.rows() == job.source->vertex_count()) {
       result.target.normals =
           DeformNormals(job.source->normals, result.source_rig.weights, result.transforms);
     }
@@ -276,10 +277,12 @@ absl::StatusOr<Method> MethodFromName(const std::string& name) {
 absl::StatusOr<std::unique_ptr<Pipeline>> Pipeline::Load(const std::filesystem::path& model_dir,
                                                          const PipelineOptions& options) {
   STANCE_ASSIGN_OR_RETURN(std::unique_ptr<SkeletalModel> model, SkeletalModel::Load(model_dir));
-  auto pipeline = std::make_unique<PipelineImpl>(std::move(model), options);
+  return std::make_unique<PipelineImpl>(std::move(model), options);
+}
+
+absl::Status Pipeline::WarmUp() const {
   const TriangleMesh mesh = WarmUpMesh();
-  STANCE_RETURN_IF_ERROR(pipeline->Transfer(mesh, mesh).status());
-  return pipeline;
+  return Transfer(mesh, mesh).status();
 }
 
 absl::StatusOr<TransferResult> Pipeline::Transfer(const TriangleMesh& source, const TriangleMesh& reference,

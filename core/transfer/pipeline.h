@@ -107,9 +107,8 @@ struct ModelInfo {
 // Loads once, transfers many. Thread-safe: const calls may run at the same time.
 class Pipeline {
  public:
-  // Loads the model in `model_dir` (models/README.md says what lies there) and runs it once on a small mesh,
-  // so that the first caller doesn't pay for warm-up. NOT_FOUND, INVALID_ARGUMENT or DATA_LOSS, with the
-  // path, for a model that is missing, unknown or damaged.
+  // Loads the model in `model_dir` (models/README.md says what lies there). NOT_FOUND, INVALID_ARGUMENT or
+  // DATA_LOSS, with the path, for a model that is missing, unknown or damaged.
   static absl::StatusOr<std::unique_ptr<Pipeline>> Load(const std::filesystem::path& model_dir,
                                                         const PipelineOptions& options = {});
   virtual ~Pipeline() = default;
@@ -122,6 +121,10 @@ class Pipeline {
 
   virtual const std::vector<ModelInfo>& models() const = 0;
   virtual const Skeleton& skeleton() const = 0;
+
+  // Transfers a small mesh, so that this thread's first caller doesn't pay for what OpenMP and the networks
+  // set up once for each thread that calls them. What Transfer fails with, if it does.
+  absl::Status WarmUp() const;
 
   absl::StatusOr<TransferResult> Transfer(const TriangleMesh& source, const TriangleMesh& reference,
                                           const TransferOptions& options = {}) const;

@@ -11,7 +11,6 @@ namespace stance {
 // Samples each mesh evenly (or takes its vertices, with full_resolution), lets f_C bind the samples rigidly
 // and f_J place the joints, and gives every vertex the joint of its geodesic Voronoi cell: rigid weights (V,
 // 24).
-
 class SkeletalRigger : public Rigger {
  public:
   // The model must outlive the rigger. `threads`: most that one call uses.

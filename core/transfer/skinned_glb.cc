@@ -9,6 +9,7 @@
 
 #include "core/mesh/io_glb_writer.h"
 #include "core/mesh/measure.h"
+#include "core/mesh/mesh_check.h"
 #include "core/mesh/mesh_io.h"
 
 namespace stance {
@@ -102,6 +103,7 @@ absl::StatusOr<std::string> SerializeSkinnedGlb(const TriangleMesh& mesh, const 
   const int joint_set = writer.AddBytes(influences.joints);
   const int weight_set = writer.AddFloats(influences.weights, kInfluences, GlbTarget::kVertices);
   TriangleMesh shown = mesh;
+  DropBrokenAttributes(shown);
   if (shown.normals.rows() == 0) shown.normals = VertexNormals(mesh.positions, mesh.faces);
   const int mesh_index = writer.AddMesh(shown, {{"JOINTS_0", joint_set}, {"WEIGHTS_0", weight_set}});
 

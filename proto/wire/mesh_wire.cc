@@ -18,26 +18,31 @@ void ToBytes(const Matrix& matrix, std::string* bytes) {
                 static_cast<size_t>(matrix.size()) * sizeof(typename Matrix::Scalar));
 }
 
-template <typename Matrix>
-absl::StatusOr<Matrix> FromBytes(const std::string& bytes, const char* field) {
+absl::Status Prefixed(const char* prefix, const absl::Status& status) {
+  return absl::Status(status.code(), fmt::format("{}{}", prefix, std::string(status.message())));
+}
+
+// `check` judges the number of rows before they are copied.
+template <typename Matrix, typename Check>
+absl::StatusOr<Matrix> FromBytes(const std::string& bytes, const char* field, const Check& check) {
   constexpr size_t kRowBytes = Matrix::ColsAtCompileTime * sizeof(typename Matrix::Scalar);
   if (bytes.size() % kRowBytes != 0) {
     return absl::InvalidArgumentError(fmt::format("{}: {} bytes is not a multiple of {}, the size of a row",
                                                   field, bytes.size(), kRowBytes));
   }
-  Matrix matrix(static_cast<Eigen::Index>(bytes.size() / kRowBytes), Matrix::ColsAtCompileTime);
+  const auto rows = static_cast<Eigen::Index>(bytes.size() / kRowBytes);
+  if (const absl::Status status = check(rows); !status.ok()) {
+    return Prefixed(field, Prefixed(": ", status));
+  }
+  Matrix matrix(rows, Matrix::ColsAtCompileTime);
   if (!bytes.empty()) std::memcpy(matrix.data(), bytes.data(), bytes.size());
   return matrix;
 }
 
-absl::Status CheckRows(Eigen::Index rows, Eigen::Index vertices, const char* field) {
+absl::Status CheckRows(Eigen::Index rows, Eigen::Index vertices) {
   if (rows == 0 || rows == vertices) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      fmt::format("{}: {} rows for {} vertices; want none or one each", field, rows, vertices));
-}
-
-absl::Status Prefixed(const char* prefix, const absl::Status& status) {
-  return absl::Status(status.code(), fmt::format("{}{}", prefix, std::string(status.message())));
+      fmt::format("{} rows for {} vertices; want none or one each", rows, vertices));
 }
 
 }  // namespace
@@ -50,14 +55,15 @@ void MeshToArrays(const TriangleMesh& mesh, v1::MeshArrays* arrays) {
   ToBytes(mesh.texcoords, arrays->mutable_texcoords());
 }
 
-absl::StatusOr<TriangleMesh> MeshFromArrays(const v1::MeshArrays& arrays) {
+absl::StatusOr<TriangleMesh> MeshFromArrays(const v1::MeshArrays& arrays, const MeshLimits& limits) {
+  const auto few_vertices = [&](Eigen::Index rows) { return CheckLimits(rows, 0, limits); };
+  const auto few_faces = [&](Eigen::Index rows) { return CheckLimits(0, rows, limits); };
   TriangleMesh mesh;
-  STANCE_ASSIGN_OR_RETURN(mesh.positions, FromBytes<Points>(arrays.positions(), "positions"));
-  STANCE_ASSIGN_OR_RETURN(mesh.faces, FromBytes<Faces>(arrays.indices(), "indices"));
-  STANCE_ASSIGN_OR_RETURN(mesh.normals, FromBytes<Points>(arrays.normals(), "normals"));
-  STANCE_ASSIGN_OR_RETURN(mesh.texcoords, FromBytes<TexCoords>(arrays.texcoords(), "texcoords"));
-  STANCE_RETURN_IF_ERROR(CheckRows(mesh.normals.rows(), mesh.vertex_count(), "normals"));
-  STANCE_RETURN_IF_ERROR(CheckRows(mesh.texcoords.rows(), mesh.vertex_count(), "texcoords"));
+  STANCE_ASSIGN_OR_RETURN(mesh.positions, FromBytes<Points>(arrays.positions(), "positions", few_vertices));
+  STANCE_ASSIGN_OR_RETURN(mesh.faces, FromBytes<Faces>(arrays.indices(), "indices", few_faces));
+  const auto one_each = [&](Eigen::Index rows) { return CheckRows(rows, mesh.vertex_count()); };
+  STANCE_ASSIGN_OR_RETURN(mesh.normals, FromBytes<Points>(arrays.normals(), "normals", one_each));
+  STANCE_ASSIGN_OR_RETURN(mesh.texcoords, FromBytes<TexCoords>(arrays.texcoords(), "texcoords", one_each));
   if (mesh.face_count() > 0) {
     Eigen::Index face, corner;
     const int32_t smallest = mesh.faces.minCoeff(&face, &corner);
@@ -70,17 +76,17 @@ absl::StatusOr<TriangleMesh> MeshFromArrays(const v1::MeshArrays& arrays) {
   return mesh;
 }
 
-absl::StatusOr<TriangleMesh> MeshFromWire(const v1::Mesh& mesh) {
+absl::StatusOr<TriangleMesh> MeshFromWire(const v1::Mesh& mesh, const MeshLimits& limits) {
   switch (mesh.data_case()) {
     case v1::Mesh::kArrays: {
-      absl::StatusOr<TriangleMesh> parsed = MeshFromArrays(mesh.arrays());
+      absl::StatusOr<TriangleMesh> parsed = MeshFromArrays(mesh.arrays(), limits);
       if (!parsed.ok()) return Prefixed("arrays.", parsed.status());
       return parsed;
     }
     case v1::Mesh::kFile: {
       const absl::StatusOr<MeshFormat> format = MeshFormatFromWire(mesh.file().format());
       if (!format.ok()) return Prefixed("file.format: ", format.status());
-      absl::StatusOr<TriangleMesh> parsed = ParseMesh(mesh.file().content(), *format);
+      absl::StatusOr<TriangleMesh> parsed = ParseMesh(mesh.file().content(), *format, limits);
       if (!parsed.ok()) return Prefixed("file.content: ", parsed.status());
       return parsed;
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/base/status.h"
+#include "core/mesh/mesh_check.h"
 #include "core/mesh/mesh_io.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/transfer/pipeline.h"
@@ -15,14 +16,15 @@ void MeshToArrays(const TriangleMesh& mesh, v1::MeshArrays* arrays);
 
 // INVALID_ARGUMENT, the text beginning with the field ("positions: 13 bytes ..."), for an array whose length
 // is not a whole number of rows, normals or texture coordinates that are neither empty nor one row per
-// vertex, and an index beyond 2^31 - 1. Everything else about the content is for CheckMesh to judge; in
-// particular an empty mesh is not refused here.
-absl::StatusOr<TriangleMesh> MeshFromArrays(const v1::MeshArrays& arrays);
+// vertex, more rows than the limits accept (with CheckMesh's words, before anything is copied), and an index
+// beyond 2^31 - 1. Everything else about the content is for CheckMesh to judge; in particular an empty mesh
+// is not refused here.
+absl::StatusOr<TriangleMesh> MeshFromArrays(const v1::MeshArrays& arrays, const MeshLimits& limits = {});
 
 // The mesh in whichever form it travels. Errors as above, the field being "arrays.positions" or
 // "file.content"; INVALID_ARGUMENT at "data" if neither form is set, at "file.format" if it is unspecified or
 // unknown.
-absl::StatusOr<TriangleMesh> MeshFromWire(const v1::Mesh& mesh);
+absl::StatusOr<TriangleMesh> MeshFromWire(const v1::Mesh& mesh, const MeshLimits& limits = {});
 
 // Unspecified means +y. INVALID_ARGUMENT, with the number, for a value this version doesn't know.
 absl::StatusOr<UpAxis> UpAxisFromWire(v1::UpAxis axis);

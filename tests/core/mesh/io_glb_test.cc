@@ -145,6 +145,15 @@ TEST(ParseGlb, AppliesTheTransformsOfTheNodesAbove) {
   EXPECT_LT((Parse(document).positions - expected).cwiseAbs().maxCoeff(), 1e-5f);
 }
 
+// glTF 2.0, 3.7.3: joints place a skinned mesh, its own node and those above it do not.
+TEST(ParseGlb, IgnoresTheTransformOfASkinnedMeshesNode) {
+  Json document = SquareDocument();
+  document["nodes"] = {{{"children", {1}}, {"translation", {10, 0, 0}}},
+                       {{"mesh", 0}, {"skin", 0}, {"scale", {2, 3, 4}}}};
+  document["skins"] = {{{"joints", {0}}}};
+  EXPECT_EQ(Parse(document).positions, SquarePoints());
+}
+
 TEST(ParseGlb, AMirroringNodeKeepsNormalsOnTheFacesOuterSide) {
   const TriangleMesh sphere = testing::WithAttributes(testing::Icosphere(2));
   const std::string bytes = SerializeGlb(sphere);

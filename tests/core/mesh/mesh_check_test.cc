@@ -151,5 +151,29 @@ TEST(CheckMesh, AcceptsAMillionVertices) {
   EXPECT_THAT(report.warnings, IsEmpty());
 }
 
+TEST(CheckMesh, WarnsOfAttributesThatAreNotFinite) {
+  TriangleMesh mesh = testing::WithAttributes(testing::Icosphere(1));
+  mesh.normals(5, 1) = std::numeric_limits<float>::quiet_NaN();
+  mesh.texcoords(7, 0) = std::numeric_limits<float>::infinity();
+  const auto report = CheckMesh(mesh);
+  ASSERT_TRUE(report.ok()) << report.status();
+  EXPECT_EQ(
+      report->warnings,
+      (std::vector<std::string>{
+          "vertex 5 has a normal that is not finite; the normals are left out",
+          "vertex 7 has a texture coordinate that is not finite; the texture coordinates are left out"}));
+  DropBrokenAttributes(mesh);
+  EXPECT_EQ(mesh.normals.rows(), 0);
+  EXPECT_EQ(mesh.texcoords.rows(), 0);
+}
+
+TEST(DropBrokenAttributes, KeepsWhatIsFinite) {
+  TriangleMesh mesh = testing::WithAttributes(testing::Icosphere(1));
+  const TriangleMesh before = mesh;
+  DropBrokenAttributes(mesh);
+  EXPECT_EQ(mesh.normals, before.normals);
+  EXPECT_EQ(mesh.texcoords, before.texcoords);
+}
+
 }  // namespace
 }  // namespace stance

@@ -173,6 +173,31 @@ TEST_P(EveryFormat, RefusesToWriteABrokenMesh) {
   EXPECT_THAT(rejection(mesh), HasSubstr("group 'a' with 6 faces from face 0"));
 }
 
+TEST_P(EveryFormat, LeavesOutAttributesThatAreNotFinite) {
+  TriangleMesh mesh = testing::WithAttributes(testing::Icosphere(1));
+  mesh.normals(5, 1) = std::numeric_limits<float>::quiet_NaN();
+  mesh.texcoords(7, 0) = std::numeric_limits<float>::infinity();
+  const TriangleMesh parsed = WriteAndParse(mesh, GetParam());
+  EXPECT_EQ(parsed.vertex_count(), mesh.vertex_count());
+  EXPECT_EQ(parsed.normals.rows(), 0);
+  EXPECT_EQ(parsed.texcoords.rows(), 0);
+}
+
+TEST_P(EveryFormat, ReadsUpToTheLimitsAndNoFurther) {
+  const std::string bytes = *SerializeMesh(testing::Box(), GetParam());
+  EXPECT_TRUE(ParseMesh(bytes, GetParam(), {.max_vertices = 8, .max_faces = 12}).ok());
+  const auto rejection = [&](const MeshLimits& limits) {
+    const absl::Status status = ParseMesh(bytes, GetParam(), limits).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    return std::string(status.message());
+  };
+  // STL names its vertices only corner by corner: there, CheckMesh counts them.
+  if (GetParam() != MeshFormat::kStl) {
+    EXPECT_THAT(rejection({.max_vertices = 7}), HasSubstr("vertices; at most 7 are accepted"));
+  }
+  EXPECT_THAT(rejection({.max_faces = 11}), HasSubstr("faces; at most 11 are accepted"));
+}
+
 TEST_P(EveryFormat, RefusesEmptyBytes) {
   EXPECT_EQ(ParseMesh("", GetParam()).status().code(), absl::StatusCode::kInvalidArgument);
 }

@@ -36,7 +36,7 @@ TEST(CompareMeshes, IsZeroForTheTruthItself) {
   EXPECT_EQ(errors.max_dist, 0);
   EXPECT_EQ(errors.elr, 0);
   EXPECT_EQ(errors.el, 0);
-  EXPECT_EQ(errors.el_ratio, 0);
+  EXPECT_EQ(errors.edge_ratio_error, 0);
   EXPECT_EQ(errors.chamfer, 0);
 }
 
@@ -52,7 +52,7 @@ TEST(CompareMeshes, TranslationCountsFullyAndChangesNoEdge) {
   EXPECT_NEAR(errors.max_dist, 0.05, 1e-7);
   EXPECT_NEAR(errors.elr, 0, 1e-6);
   EXPECT_NEAR(errors.el, 0, 1e-12);
-  EXPECT_NEAR(errors.el_ratio, 0, 1e-6);
+  EXPECT_NEAR(errors.edge_ratio_error, 0, 1e-6);
   EXPECT_NEAR(errors.chamfer, 0.05, 1e-7);
 }
 
@@ -74,7 +74,7 @@ TEST(CompareMeshes, OneMovedVertex) {
   EXPECT_NEAR(errors.elr, 0.75, 1e-12);
   const double slant = std::sqrt(1.25) - 1;
   EXPECT_NEAR(errors.el, (0.25 + slant * slant) / 5, 1e-12);
-  EXPECT_NEAR(errors.el_ratio, (0.5 + slant) / 6, 1e-12);
+  EXPECT_NEAR(errors.edge_ratio_error, (0.5 + slant) / 6, 1e-12);
   EXPECT_NEAR(errors.chamfer, 0.125, 1e-12);
 }
 
@@ -91,7 +91,7 @@ TEST(CompareMeshes, ScaledTriangle) {
   EXPECT_NEAR(errors.max_dist, 4, 1e-12);
   EXPECT_NEAR(errors.elr, 6, 1e-12);
   EXPECT_NEAR(errors.el, 50.0 / 3, 1e-12);
-  EXPECT_NEAR(errors.el_ratio, 1, 1e-12);
+  EXPECT_NEAR(errors.edge_ratio_error, 1, 1e-12);
   // Doubled to truth: 0, |(6,0)-(3,0)| = 3, |(0,8)-(0,4)| = 4. Back: 0; (3,0) is 3 from both (0,0) and (6,0);
   // (0,4) is 4 from both. Half of (7/3 + 7/3).
   EXPECT_NEAR(errors.chamfer, 7.0 / 3, 1e-12);
@@ -103,7 +103,7 @@ TEST(CompareMeshes, EdgesOfZeroTrueLengthAreSkippedByTheRatios) {
   predicted(1, 1) = 1;  // edge 0-1: 0 -> 1; edge 1-2: 1 -> sqrt(2); edge 0-2 unchanged
   const MeshErrors errors = CompareMeshes(predicted, truth, Faces{{0, 1, 2}});
   EXPECT_NEAR(errors.elr, 2.0 * 1 / 3, 1e-12);
-  EXPECT_NEAR(errors.el_ratio, (std::sqrt(2.0) - 1) / 3, 1e-12);
+  EXPECT_NEAR(errors.edge_ratio_error, (std::sqrt(2.0) - 1) / 3, 1e-12);
   EXPECT_NEAR(errors.el, (1 + std::pow(std::sqrt(2.0) - 1, 2)) / 3, 1e-12);
 }
 

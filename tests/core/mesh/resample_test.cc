@@ -156,5 +156,46 @@ TEST(VertexSamples, AreTheVerticesWithTheirOneRing) {
   EXPECT_EQ(twelve, 12);  // the icosahedron's own corners
 }
 
+TEST(VertexSamples, LeaveOutVerticesWithoutAFace) {
+  const TriangleMesh sphere = testing::Icosphere(2);
+  TriangleMesh mesh = sphere;
+  mesh.positions.conservativeResize(sphere.vertex_count() + 1, 3);
+  mesh.positions.bottomRows(1) << 3, 3, 3;
+  const SurfaceSamples samples = VertexSamples(mesh, 8);
+  EXPECT_EQ(samples.points, sphere.positions);
+  Eigen::Index nearest;
+  (sphere.positions.rowwise() - mesh.positions.bottomRows(1).row(0)).rowwise().norm().minCoeff(&nearest);
+  EXPECT_EQ(samples.cell.back(), nearest);
+}
+
+TEST(ResampleSurface, IgnoresVerticesWithoutAFace) {
+  const TriangleMesh sphere = testing::Icosphere(4);
+  TriangleMesh mesh = sphere;
+  mesh.positions.conservativeResize(sphere.vertex_count() + 1, 3);
+  mesh.positions.bottomRows(1) << 300, 300, 300;
+  EXPECT_EQ(ResampleSurface(mesh, {256, 12}).points, ResampleSurface(sphere, {256, 12}).points);
+}
+
+TEST(ResampleSurface, EachSampleNamesAVertexOfItsTriangle) {
+  // On the box, samples lie on split edges and inside triangles: no corner of one is farther than its
+  // diagonal.
+  const TriangleMesh box = testing::Box(1, 1, 1);
+  const SurfaceSamples split = ResampleSurface(box, {300, 12});
+  ASSERT_EQ(split.vertex.size(), 300u);
+  for (size_t s = 0; s < split.vertex.size(); ++s) {
+    const auto row = static_cast<int64_t>(s);
+    const float named = (box.positions.row(split.vertex[s]) - split.points.row(row)).norm();
+    const float nearest = (box.positions.rowwise() - split.points.row(row)).rowwise().norm().minCoeff();
+    EXPECT_LE(named, 0.5f * std::sqrt(2.0f) + 1e-5f);
+    EXPECT_NEAR(named, nearest, 1e-5f) << s;
+  }
+  // On a dense mesh they are vertices.
+  const TriangleMesh sphere = testing::Icosphere(6);
+  const SurfaceSamples dense = ResampleSurface(sphere, {256, 12});
+  for (size_t s = 0; s < dense.vertex.size(); ++s) {
+    EXPECT_EQ(sphere.positions.row(dense.vertex[s]), dense.points.row(static_cast<int64_t>(s)));
+  }
+}
+
 }  // namespace
 }  // namespace stance

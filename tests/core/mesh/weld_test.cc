@@ -30,5 +30,21 @@ TEST(WeldVertices, KeepsVerticesThatAreMerelyClose) {
   EXPECT_EQ(WeldVertices(two).mesh.vertex_count(), 8);
 }
 
+TEST(WeldVertices, DoesNotDependOnWhereTheMeshStandsNorOnWhatElseItHolds) {
+  TriangleMesh mesh = testing::Box();
+  mesh.positions(1, 0) = mesh.positions(0, 0) + 1e-6f;
+  mesh.positions.conservativeResize(9, 3);
+  mesh.positions.row(8) << 1e5f, 0, 0;
+  EXPECT_EQ(WeldVertices(mesh).mesh.vertex_count(), 9);
+}
+
+TEST(WeldVertices, TakesMinusZeroForZero) {
+  TriangleMesh soup = testing::Unwelded(testing::Box());
+  for (int64_t v = 0; v < soup.vertex_count(); v += 2) {
+    soup.positions.row(v) = (soup.positions.row(v).array() == 0).select(-0.0f, soup.positions.row(v));
+  }
+  EXPECT_EQ(WeldVertices(soup).mesh.vertex_count(), 8);
+}
+
 }  // namespace
 }  // namespace stance
