@@ -44,9 +44,8 @@ Call::Call(const Serving& serving, Rpc rpc, grpc::CallbackServerContext* context
       rpc_(rpc),
       context_(context),
       arrival_(serving.clock.Now()),
-      deadline_(SteadyDeadline(context->deadline(), arrival_)) {
-  serving_.active.Enter();
-}
+      deadline_(SteadyDeadline(context->deadline(), arrival_)),
+      counted_(serving.active.Enter()) {}
 
 void Call::Begin() {
   const absl::Status status = Prepare();
@@ -71,6 +70,10 @@ void Call::Begin() {
 }
 
 absl::Status Call::Prepare() {
+  if (!counted_) {
+    request_id_ = MakeRequestId();
+    return StatusFor(Outcome::kShuttingDown);
+  }
   const absl::StatusOr<std::string> id = ChooseRequestId(RequestedId());
   request_id_ = id.ok() ? *id : MakeRequestId();
   if (!id.ok()) {
@@ -87,8 +90,9 @@ void Call::OnCancel() {
 
 void Call::OnDone() {
   ActiveCalls& active = serving_.active;
+  const bool counted = counted_;
   delete this;
-  active.Leave();
+  if (counted) active.Leave();
 }
 
 absl::Status Call::StatusFor(Outcome outcome) {

@@ -76,6 +76,7 @@ class Call : public grpc::ServerUnaryReactor {
   grpc::CallbackServerContext* const context_;
   const TimePoint arrival_;
   const TimePoint deadline_;
+  const bool counted_;  // in serving_.active; if not, the server is closing and the call is refused
   // Shared with the queue's item.
   const std::shared_ptr<std::atomic<bool>> cancelled_ = std::make_shared<std::atomic<bool>>(false);
   std::string request_id_;

@@ -1,12 +1,10 @@
 #include "server/pose_transfer_calls.h"
 
-#include <fmt/format.h>
-
-#include <exception>
 #include <utility>
 #include <vector>
 
 #include "core/base/stopwatch.h"
+#include "server/guarded.h"
 #include "server/status_map.h"
 
 namespace stance {
@@ -49,7 +47,8 @@ void RunTyped(const Pipeline& pipeline, Metrics& metrics, std::span<CallRunner::
   for (CallRunner::Item& item : batch) {
     auto& call = static_cast<SomeCall&>(*item.payload);
     Stopwatch watch;
-    const absl::Status decoded = call.is_cancelled() ? GivenUp() : call.Decode();
+    const absl::Status decoded =
+        call.is_cancelled() ? GivenUp() : Guarded("reading the request", [&] { return call.Decode(); });
     call.seconds().decode = watch.Lap();
     if (!decoded.ok()) {
       metrics.CountRejection(ReasonOf(decoded));
@@ -62,12 +61,13 @@ void RunTyped(const Pipeline& pipeline, Metrics& metrics, std::span<CallRunner::
   }
   if (jobs.empty()) return;
   std::vector<absl::StatusOr<typename SomeCall::Result>> results;
-  try {
+  const absl::Status ran = Guarded("running the batch", [&] {
     results = RunJobs(pipeline, jobs);
-  } catch (const std::exception& error) {
-    // The pipeline turns its libraries' exceptions into statuses; what is left is above all std::bad_alloc,
-    // which must cost these callers their answer and not the process its life.
-    results.assign(jobs.size(), absl::InternalError(fmt::format("the batch failed: {}", error.what())));
+    return absl::OkStatus();
+  });
+  if (!ran.ok()) {
+    for (size_t i = 0; i < jobs.size(); ++i) metrics.CountRejection(ReasonOf(ran));
+    results.assign(jobs.size(), ran);
   }
   for (size_t i = 0; i < ready.size(); ++i) {
     auto& call = static_cast<SomeCall&>(*ready[i]->payload);
@@ -79,7 +79,7 @@ void RunTyped(const Pipeline& pipeline, Metrics& metrics, std::span<CallRunner::
       status = GivenUp();
     } else if (status.ok()) {
       Stopwatch watch;
-      status = call.Encode(*results[i]);
+      status = Guarded("writing the answer", [&] { return call.Encode(*results[i]); });
       call.seconds().encode = watch.Lap();
       ObservePhases(metrics, results[i]->seconds, call.seconds());
     }
@@ -108,8 +108,8 @@ int64_t TransferCall::Vertices() const {
 int64_t TransferCall::RequestBytes() const { return static_cast<int64_t>(request_.ByteSizeLong()); }
 
 absl::Status TransferCall::Decode() {
-  STANCE_ASSIGN_OR_RETURN(source_, DecodeMesh(request_.source(), "source"));
-  STANCE_ASSIGN_OR_RETURN(reference_, DecodeMesh(request_.reference(), "reference"));
+  STANCE_ASSIGN_OR_RETURN(source_, DecodeMesh(request_.source(), "source", plan_.options.limits));
+  STANCE_ASSIGN_OR_RETURN(reference_, DecodeMesh(request_.reference(), "reference", plan_.options.limits));
   return absl::OkStatus();
 }
 
@@ -136,7 +136,7 @@ int64_t RigCall::Vertices() const { return EstimateVertices(request_.mesh()); }
 int64_t RigCall::RequestBytes() const { return static_cast<int64_t>(request_.ByteSizeLong()); }
 
 absl::Status RigCall::Decode() {
-  STANCE_ASSIGN_OR_RETURN(mesh_, DecodeMesh(request_.mesh(), "mesh"));
+  STANCE_ASSIGN_OR_RETURN(mesh_, DecodeMesh(request_.mesh(), "mesh", plan_.options.limits));
   return absl::OkStatus();
 }
 

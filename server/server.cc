@@ -5,6 +5,7 @@
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 
+#include <mutex>
 #include <thread>
 
 #include "core/transfer/pipeline.h"
@@ -76,10 +77,10 @@ class AssembledServer : public Server {
         catalog_{pipeline_->models(),
                  pipeline_->skeleton(),
                  {config.limits_max_vertices, config.limits_max_faces}},
-        runner_(BatchingOf(config), static_cast<int>(config.inference_workers),
-                [this](std::span<CallRunner::Item> batch) {
-                  RunCalls(*pipeline_, metrics_, RealClock(), batch);
-                }),
+        runner_(
+            BatchingOf(config), static_cast<int>(config.inference_workers),
+            [this](std::span<CallRunner::Item> batch) { RunCalls(*pipeline_, metrics_, RealClock(), batch); },
+            RealClock(), [this] { WarmUp(); }),
         serving_{metrics_, runner_, RealClock(), active_},
         pose_transfer_(serving_, catalog_),
         server_info_(InfoOf(config, catalog_), metrics_) {
@@ -95,6 +96,7 @@ class AssembledServer : public Server {
   }
 
   absl::Status Listen() {
+    if (!warm_up_.ok()) return Prefixed("model.directory: ", warm_up_);
     if (!config_.metrics_listen.empty()) {
       const absl::StatusOr<int> port = metrics_.Serve(config_.metrics_listen);
       if (!port.ok()) return Prefixed("metrics.listen: ", port.status());
@@ -128,6 +130,7 @@ class AssembledServer : public Server {
     const bool complete = runner_.Drain(deadline);
     // Every call now has its answer; what is left is to send them. Only then is the transport closed, as
     // closing it gives no more than its own deadline to every stream, health watchers included.
+    active_.Close();
     const bool sent = active_.AwaitNone(std::max(deadline, RealClock().Now() + kWatcherGrace));
     server_->Shutdown(std::chrono::system_clock::now() + kWatcherGrace);
     server_.reset();
@@ -135,6 +138,13 @@ class AssembledServer : public Server {
   }
 
  private:
+  // On each worker, before it takes requests.
+  void WarmUp() {
+    const absl::Status status = pipeline_->WarmUp();
+    const std::lock_guard<std::mutex> guard(warm_up_mutex_);
+    warm_up_.Update(status);
+  }
+
   void Configure(grpc::ServerBuilder& builder) const {
     const auto milliseconds = [](double seconds) { return static_cast<int>(seconds * 1000); };
     builder.SetMaxReceiveMessageSize(static_cast<int>(config_.server_max_message_bytes));
@@ -165,6 +175,8 @@ class AssembledServer : public Server {
 
   const ServerConfig config_;
   const std::unique_ptr<Pipeline> pipeline_;
+  std::mutex warm_up_mutex_;
+  absl::Status warm_up_;  // the first failure; protected by warm_up_mutex_ while the workers start
   const Catalog catalog_;
   Metrics metrics_;
   ActiveCalls active_;

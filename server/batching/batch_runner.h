@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
+#include <latch>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -36,8 +37,10 @@ class BatchRunner {
     int64_t running_items = 0;
   };
 
-  // Starts `workers` threads. `clock` must outlive the runner.
-  BatchRunner(const BatcherOptions& options, int workers, Work work, Clock& clock = RealClock());
+  // Starts `workers` threads, each of which calls `prepare` first, if there is one; returns when all have. It
+  // must not throw. `clock` must outlive the runner.
+  BatchRunner(const BatcherOptions& options, int workers, Work work, Clock& clock = RealClock(),
+              const std::function<void()>& prepare = nullptr);
   // Shuts down at once: what waits is given back, what runs is finished.
   ~BatchRunner();
 
@@ -85,10 +88,19 @@ class BatchRunner {
 };
 
 template <typename Payload>
-BatchRunner<Payload>::BatchRunner(const BatcherOptions& options, int workers, Work work, Clock& clock)
+BatchRunner<Payload>::BatchRunner(const BatcherOptions& options, int workers, Work work, Clock& clock,
+                                  const std::function<void()>& prepare)
     : work_(std::move(work)), clock_(clock), batcher_(options) {
   STANCE_CHECK(workers >= 1);
-  for (int i = 0; i < workers; ++i) threads_.emplace_back([this] { WorkerLoop(); });
+  std::latch prepared(workers);
+  for (int i = 0; i < workers; ++i) {
+    threads_.emplace_back([this, &prepare, &prepared] {
+      if (prepare) prepare();
+      prepared.count_down();
+      WorkerLoop();
+    });
+  }
+  prepared.wait();
   threads_.emplace_back([this] { TimerLoop(); });
 }
 

@@ -15,6 +15,7 @@
 #include <limits>
 #include <memory>
 
+#include "core/mesh/mesh_io.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 #include "grpc/health/v1/health.grpc.pb.h"
@@ -30,6 +31,7 @@ extern char** environ;
 namespace stance {
 namespace {
 
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::MeasuredServer;
@@ -204,7 +206,23 @@ const std::vector<BadInput>& BadInputs() {
          auto* positions = m.mutable_arrays()->mutable_positions();
          positions->assign(positions->size(), '\0');
        }},
-      {"too many vertices", "", [](v1::Mesh& m) { MeshToArrays(testing::Icosphere(5), m.mutable_arrays()); }},
+      {"too many vertices", ".arrays.positions",
+       [](v1::Mesh& m) { MeshToArrays(testing::Icosphere(5), m.mutable_arrays()); }},
+      {"too many faces", ".arrays.indices",
+       [](v1::Mesh& m) {
+         std::string* indices = m.mutable_arrays()->mutable_indices();
+         while (indices->size() <= size_t{12} * 11'000) indices->append(*indices);
+       }},
+      {"too many vertices in a file", ".file.content",
+       [](v1::Mesh& m) {
+         m.mutable_file()->set_content(*SerializeMesh(testing::Icosphere(5), MeshFormat::kPly));
+         m.mutable_file()->set_format(v1::MESH_FORMAT_PLY);
+       }},
+      {"not a number in a file", "",
+       [](v1::Mesh& m) {
+         m.mutable_file()->set_content("OFF 3 1 0\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n");
+         m.mutable_file()->set_format(v1::MESH_FORMAT_OFF);
+       }},
       {"unspecified format", ".file.format", [](v1::Mesh& m) { m.mutable_file()->set_content("x"); }},
       {"not a file of that format", ".file.content",
        [](v1::Mesh& m) {
@@ -218,7 +236,7 @@ const std::vector<BadInput>& BadInputs() {
 
 // Each bad input, on either side, is refused naming its field; the next request is served.
 TEST(ServerTest, RefusesBadMeshesAndServesTheNextRequest) {
-  auto server = MeasuredServer::Start({"--limits-max-vertices", "5000"});
+  auto server = MeasuredServer::Start({"--limits-max-vertices", "5000", "--limits-max-faces", "10000"});
   ASSERT_NE(server, nullptr);
   const auto channel = ChannelTo(*server);
   for (const bool spoil_source : {true, false}) {
@@ -234,6 +252,28 @@ TEST(ServerTest, RefusesBadMeshesAndServesTheNextRequest) {
     const Answer next = Call(channel, SmallRequest());
     EXPECT_TRUE(next.status.ok()) << next.status.error_message();
   }
+  const auto stub = v1::PoseTransferService::NewStub(channel);
+  for (const BadInput& input : BadInputs()) {
+    SCOPED_TRACE(input.name);
+    v1::RigRequest request;
+    *request.mutable_mesh() = SmallRequest().source();
+    input.spoil(*request.mutable_mesh());
+    v1::RigResponse response;
+    grpc::ClientContext context;
+    const grpc::Status status = stub->Rig(&context, request, &response);
+    EXPECT_EQ(status.error_code(), grpc::INVALID_ARGUMENT) << status.error_message();
+    EXPECT_EQ(FieldOf(status), "mesh" + std::string(input.field)) << status.error_message();
+  }
+}
+
+TEST(ServerTest, WarnsOfWhatIsOddButWorkable) {
+  auto server = MeasuredServer::Start();
+  ASSERT_NE(server, nullptr);
+  const Answer answer =
+      Call(ChannelTo(*server), RequestOf(testing::WithDegenerateFaces(), testing::TwoSpheres(3)));
+  ASSERT_TRUE(answer.status.ok()) << answer.status.error_message();
+  EXPECT_THAT(answer.response.warnings(), Contains(HasSubstr("source: 3 degenerate faces")));
+  EXPECT_THAT(answer.response.warnings(), Contains(HasSubstr("reference: 2 components")));
 }
 
 TEST(ServerTest, RefusesBadOptionsByField) {

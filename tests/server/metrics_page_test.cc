@@ -7,6 +7,12 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <memory>
+#include <thread>
+
 namespace stance {
 namespace {
 
@@ -26,8 +32,10 @@ class Connection {
   }
   ~Connection() { close(socket_); }
 
-  void Send(const std::string& text) {
-    EXPECT_EQ(send(socket_, text.data(), text.size(), MSG_NOSIGNAL), static_cast<ssize_t>(text.size()));
+  void Send(const std::string& text) { EXPECT_TRUE(TrySend(text)); }
+  // False once the page has closed the connection.
+  bool TrySend(const std::string& text) {
+    return send(socket_, text.data(), text.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(text.size());
   }
   std::string ReceiveAll() {
     std::string text;
@@ -48,8 +56,13 @@ std::string Ask(int port, const std::string& request) {
   return connection.ReceiveAll();
 }
 
-std::unique_ptr<MetricsPage> ServeText(std::string text) {
-  auto page = MetricsPage::Serve("127.0.0.1:0", [text = std::move(text)] { return text; });
+constexpr char kGet[] = "GET /metrics HTTP/1.1\r\n\r\n";
+// More than the kernel takes for a peer that does not read.
+constexpr size_t kLarge = size_t{32} << 20;
+
+std::unique_ptr<MetricsPage> ServeText(std::string text, Duration patience = std::chrono::seconds(2)) {
+  auto page = MetricsPage::Serve(
+      "127.0.0.1:0", [text = std::move(text)] { return text; }, patience);
   EXPECT_TRUE(page.ok()) << page.status();
   return *std::move(page);
 }
@@ -66,14 +79,53 @@ TEST(MetricsPageTest, AnswersTheMetricsOnly) {
 }
 
 TEST(MetricsPageTest, SurvivesPeersThatMisbehave) {
-  const auto page = ServeText(std::string(1 << 20, 'x'));
-  { Connection says_nothing(page->port()); }
-  {
-    Connection never_reads(page->port());
-    never_reads.Send("GET /metrics HTTP/1.1\r\n\r\n");
-  }
-  Ask(page->port(), std::string(8192, 'y'));
-  EXPECT_THAT(Ask(page->port(), "GET /metrics HTTP/1.1\r\n\r\n"), EndsWith("xxx"));
+  const auto page = ServeText(std::string(kLarge, 'x'), std::chrono::milliseconds(100));
+  { Connection hangs_up(page->port()); }
+  Connection says_nothing(page->port());
+  Connection never_reads(page->port());
+  never_reads.Send(kGet);
+  Connection asks_too_much(page->port());
+  asks_too_much.TrySend(std::string(8192, 'y'));
+  // The next peer's turn, while the others are still connected. Its answer may be cut where this machine is
+  // slow.
+  EXPECT_THAT(Ask(page->port(), kGet), StartsWith("HTTP/1.1 200 OK\r\n"));
+}
+
+// Every byte restarts a limit that counts from the last one.
+TEST(MetricsPageTest, ADrippingPeerIsDroppedAtItsDeadline) {
+  const auto page = ServeText("hello\n", std::chrono::milliseconds(100));
+  Connection dripping(page->port());
+  std::atomic<int> bytes = 0;
+  std::jthread drip([&](const std::stop_token& stop) {
+    while (!stop.stop_requested() && dripping.TrySend("y")) {
+      ++bytes;
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+  });
+  EXPECT_THAT(Ask(page->port(), kGet), EndsWith("hello\n"));
+  EXPECT_LT(bytes, 8192) << "the page read all that it accepts";
+}
+
+// With an hour's patience, these tests end only if the destructor does not wait for the peers.
+TEST(MetricsPageTest, EndsWhileAPeerSaysNothing) {
+  const auto page = ServeText("hello\n", std::chrono::hours(1));
+  Connection waits(page->port());
+  waits.Send("GET /met");
+}
+
+TEST(MetricsPageTest, EndsWhileAPeerDoesNotRead) {
+  std::promise<void> asked;
+  auto page = MetricsPage::Serve(
+      "127.0.0.1:0",
+      [&asked] {
+        asked.set_value();
+        return std::string(kLarge, 'x');
+      },
+      std::chrono::hours(1));
+  ASSERT_TRUE(page.ok()) << page.status();
+  Connection never_reads((*page)->port());
+  never_reads.Send(kGet);
+  asked.get_future().wait();
 }
 
 TEST(MetricsPageTest, RefusesAddressesThatCannotBeBound) {

@@ -7,6 +7,8 @@
 #include <future>
 #include <latch>
 #include <memory>
+#include <mutex>
+#include <set>
 #include <thread>
 #include <vector>
 
@@ -88,6 +90,19 @@ TEST(BatchRunnerTest, ExecutesWhatIsSubmitted) {
   }
   for (auto& outcome : outcomes) EXPECT_EQ(outcome.get(), Outcome::kExecuted);
   EXPECT_EQ(sum, 5050);
+}
+
+TEST(BatchRunnerTest, EveryWorkerIsPreparedBeforeItIsConstructed) {
+  std::mutex mutex;
+  std::set<std::thread::id> prepared;
+  BatchRunner<int> runner(
+      {}, 3, [](std::span<BatchItem<int>>) {}, RealClock(),
+      [&] {
+        const std::lock_guard<std::mutex> guard(mutex);
+        prepared.insert(std::this_thread::get_id());
+      });
+  EXPECT_EQ(prepared.size(), 3u);
+  EXPECT_FALSE(prepared.contains(std::this_thread::get_id()));
 }
 
 TEST(BatchRunnerTest, WhatArrivesWhileTheWorkerIsBusySharesTheNextBatch) {
