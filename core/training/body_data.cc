@@ -56,7 +56,7 @@ absl::Status CheckLevel(const BodyTopology& level, size_t index, int vertex_coun
 
 absl::Status CheckBodyData(const BodyData& body) {
   const int64_t points = body.points.rows();
-  if (body.vertex_count <= 0 || points <= body.vertex_count + kHumanJoints || points > 65536) {
+  if (body.vertex_count <= 0 || points <= body.vertex_count + kHumanJoints || points > kMaxBodyPoints) {
     return absl::InvalidArgumentError(
         fmt::format("points: {} rows for {} vertices", points, body.vertex_count));
   }

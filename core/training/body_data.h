@@ -12,6 +12,9 @@ namespace stance {
 // Morphs are kept in 16 bits, in steps of a tenth of a millimetre: the resolution of MPFB's own files.
 inline constexpr float kMorphUnit = 1e-4f;  // metres
 
+// Most rows of BodyData::points: morphs name them in 16 bits.
+inline constexpr int64_t kMaxBodyPoints = 65536;
+
 // Moves some of the body's points.
 struct MorphTarget {
   std::vector<uint8_t> factors;  // a macro morph's ShapeFactors (its coefficient is their product)

@@ -10,6 +10,7 @@
 
 #include "core/base/check.h"
 #include "core/base/files.h"
+#include "core/mesh/measure.h"
 #include "core/training/body_model.h"
 #include "core/training/character_pack.h"
 #include "core/training/limb_style.h"
@@ -57,16 +58,9 @@ std::vector<AffineTransform> Transforms(const Identity& identity, const std::vec
 
 // Moves each vertex along its normal by a uniform amount of up to +-noise.
 void AddNoise(Random& random, double noise, TriangleMesh& mesh) {
-  Points normals = Points::Zero(mesh.vertex_count(), 3);
-  for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f) {
-    const Eigen::Vector3f a = mesh.positions.row(mesh.faces(f, 0)), b = mesh.positions.row(mesh.faces(f, 1)),
-                          c = mesh.positions.row(mesh.faces(f, 2));
-    const Eigen::RowVector3f area = (b - a).cross(c - a).transpose();  // weighs each face by its area
-    for (int k = 0; k < 3; ++k) normals.row(mesh.faces(f, k)) += area;
-  }
+  const Points normals = VertexNormals(mesh.positions, mesh.faces);
   for (Eigen::Index v = 0; v < normals.rows(); ++v) {
-    mesh.positions.row(v) +=
-        static_cast<float>(random.Uniform(-noise, noise)) * normals.row(v).stableNormalized();
+    mesh.positions.row(v) += static_cast<float>(random.Uniform(-noise, noise)) * normals.row(v);
   }
 }
 

@@ -152,14 +152,19 @@ void PutBody(Writer& writer, const BodyData& body) {
   }
 }
 
-void GetBody(Reader& reader, BodyData& body) {
+// DATA_LOSS for counts that no body has; the reader remembers bytes that end too soon.
+absl::Status GetBody(Reader& reader, BodyData& body) {
   const size_t vertices = reader.Get<uint32_t>();
   const size_t points = reader.Get<uint32_t>();
-  if (!reader.Has(points, 12) || !reader.Has(vertices, 1)) return;
+  // Before anything is allocated: a vertex takes one byte here, but a row of 24 weights in memory.
+  if (points > size_t{kMaxBodyPoints} || vertices >= points) {
+    return absl::DataLossError(fmt::format("character pack: {} vertices among {} points", vertices, points));
+  }
+  if (!reader.Has(points, 12) || !reader.Has(vertices, 1)) return absl::OkStatus();
   body.vertex_count = static_cast<int>(vertices);
   body.points.resize(static_cast<Eigen::Index>(points), 3);
   reader.GetArray(body.points.data(), 3 * points);
-  if (!reader.Has(vertices, 1)) return;
+  if (!reader.Has(vertices, 1)) return absl::OkStatus();
   body.weights = RowMatrix::Zero(static_cast<Eigen::Index>(vertices), kHumanJoints);
   for (size_t v = 0; v < vertices; ++v) {
     for (int i = reader.Get<uint8_t>(); i > 0; --i) {
@@ -173,7 +178,7 @@ void GetBody(Reader& reader, BodyData& body) {
     BodyTopology& level = body.levels.emplace_back();
     level.vertices = reader.GetSized<int32_t>();
     const size_t faces = reader.Get<uint32_t>();
-    if (!reader.Has(faces, 12)) return;
+    if (!reader.Has(faces, 12)) return absl::OkStatus();
     level.faces.resize(static_cast<Eigen::Index>(faces), 3);
     reader.GetArray(level.faces.data(), 3 * faces);
   }
@@ -187,6 +192,7 @@ void GetBody(Reader& reader, BodyData& body) {
     }
     GetDeltas(reader, morph);
   }
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -230,7 +236,7 @@ absl::StatusOr<CharacterPack> ParsePack(std::string_view bytes) {
 
   Reader reader(raw);
   CharacterPack pack;
-  GetBody(reader, pack.body);
+  STANCE_RETURN_IF_ERROR(GetBody(reader, pack.body));
   for (uint32_t count = reader.Get<uint32_t>(); count > 0 && !reader.failed(); --count) {
     MotionClip& clip = pack.clips.emplace_back();
     const std::vector<char> name = reader.GetSized<char>();

@@ -35,12 +35,12 @@ absl::Status SaveCheckpoint(const std::filesystem::path& path, const Modules& mo
 }
 
 absl::StatusOr<TrainingProgress> LoadCheckpoint(const std::filesystem::path& path, const Modules& modules,
-                                                torch::optim::Optimizer* optimizer) {
+                                                torch::optim::Optimizer* optimizer, torch::Device device) {
   STANCE_ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
   try {
     std::istringstream in(bytes);
     torch::serialize::InputArchive archive;
-    archive.load_from(in);
+    archive.load_from(in, device);
     for (const auto& [name, module] : modules) {
       torch::serialize::InputArchive part;
       archive.read(name, part);
@@ -53,6 +53,7 @@ absl::StatusOr<TrainingProgress> LoadCheckpoint(const std::filesystem::path& pat
     }
     torch::Tensor values;
     archive.read("progress", values);
+    values = values.cpu();
     const auto access = values.accessor<double, 1>();
     return TrainingProgress{static_cast<int64_t>(access[0]), static_cast<int64_t>(access[1]),
                             static_cast<int64_t>(access[2]), access[3]};

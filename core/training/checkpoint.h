@@ -22,10 +22,11 @@ absl::Status SaveCheckpoint(
     const std::vector<std::pair<std::string, std::shared_ptr<torch::nn::Module>>>& modules,
     torch::optim::Optimizer* optimizer, const TrainingProgress& progress);
 
-// NOT_FOUND where there is none; DATA_LOSS with the path for a damaged one. `optimizer` may be null.
+// Puts all tensors on `device`, wherever they were saved. NOT_FOUND where there is none; DATA_LOSS with the
+// path for a damaged one. `optimizer` may be null.
 absl::StatusOr<TrainingProgress> LoadCheckpoint(
     const std::filesystem::path& path,
     const std::vector<std::pair<std::string, std::shared_ptr<torch::nn::Module>>>& modules,
-    torch::optim::Optimizer* optimizer);
+    torch::optim::Optimizer* optimizer, torch::Device device);
 
 }  // namespace stance

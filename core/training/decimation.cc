@@ -1,6 +1,5 @@
 #include "core/training/decimation.h"
 
-#include <Eigen/Geometry>
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
 #include <OpenMesh/Tools/Decimater/ModEdgeLengthT.hh>
@@ -8,6 +7,8 @@
 #include <OpenMesh/Tools/Decimater/ModQuadricT.hh>
 #include <cmath>
 #include <numeric>
+
+#include "core/mesh/measure.h"
 
 namespace stance {
 namespace {
@@ -17,18 +18,6 @@ using Mesh = OpenMesh::TriMesh_ArrayKernelT<>;
 // Longest edge that may collapse, in edges of an even triangulation with the level's number of vertices: the
 // quadric error alone would leave flat limbs with slivers and spend every vertex on the face.
 constexpr double kLongestCollapse = 1.0;
-
-double SurfaceArea(const Points& vertices, const Faces& faces) {
-  double area = 0;
-  for (Eigen::Index f = 0; f < faces.rows(); ++f) {
-    const Eigen::Vector3d a = vertices.row(faces(f, 0)).cast<double>();
-    const Eigen::Vector3d b = vertices.row(faces(f, 1)).cast<double>();
-    const Eigen::Vector3d c = vertices.row(faces(f, 2)).cast<double>();
-    const Eigen::Vector3d ab = b - a, ac = c - a;
-    area += 0.5 * ab.cross(ac).norm();
-  }
-  return area;
-}
 
 Mesh MakeMesh(const Points& vertices, const Faces& faces) {
   Mesh mesh;

@@ -59,7 +59,7 @@ std::string SummaryLine(const std::string& method, const std::vector<EvaluationR
       mean([](const EvaluationRow& row) { return row.errors.max_dist; }),
       mean([](const EvaluationRow& row) { return row.errors.elr; }),
       mean([](const EvaluationRow& row) { return row.errors.el * 1e6; }),
-      mean([](const EvaluationRow& row) { return row.errors.el_ratio; }),
+      mean([](const EvaluationRow& row) { return row.errors.edge_ratio_error; }),
       mean([](const EvaluationRow& row) { return row.errors.chamfer * 1e3; }),
       seconds > 0 ? fmt::format("{:.2f}", seconds) : "");
 }
@@ -111,8 +111,7 @@ std::string SummaryMarkdown(const std::vector<EvaluationRow>& rows) {
   }
   std::string table =
       "| method | pairs | PMD 1e-4 m^2 | median PMD | mean mm | median mm | p95 mm | worst mm | MaxDist m | "
-      "ELR "
-      "| EL 1e-6 m^2 | edge ratio | Chamfer mm | s |\n"
+      "ELR | EL 1e-6 m^2 | edge ratio error | Chamfer mm | s |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const std::string& method : methods) table += SummaryLine(method, rows);
   return table;
@@ -120,15 +119,15 @@ std::string SummaryMarkdown(const std::vector<EvaluationRow>& rows) {
 
 std::string RowsCsv(const std::vector<EvaluationRow>& rows) {
   std::string csv =
-      "pair,method,pmd_m2,mean_mm,median_mm,p95_mm,max_dist_m,elr,el_m2,edge_ratio,chamfer_m,seconds,"
-      "failure\n";
+      "pair,method,pmd_m2,mean_mm,median_mm,p95_mm,max_dist_m,elr,el_m2,edge_ratio_error,chamfer_m,"
+      "seconds,failure\n";
   for (const EvaluationRow& row : rows) {
     csv += fmt::format("{},{},", CsvField(row.pair), CsvField(row.method));
     if (row.failure.empty()) {
       const MeshErrors& e = row.errors;
       csv += fmt::format("{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.4g},\n", e.pmd,
-                         e.mean_mm, row.median_mm, row.p95_mm, e.max_dist, e.elr, e.el, e.el_ratio, e.chamfer,
-                         row.seconds);
+                         e.mean_mm, row.median_mm, row.p95_mm, e.max_dist, e.elr, e.el, e.edge_ratio_error,
+                         e.chamfer, row.seconds);
     } else {
       csv += fmt::format(",,,,,,,,,,{}\n", CsvField(row.failure));
     }

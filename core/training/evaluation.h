@@ -38,7 +38,7 @@ EvaluationRow Judge(const std::string& pair, const Candidate& candidate, const P
                     const Faces& faces, double stature);
 
 // A markdown table with a line per method in the order of first appearance. PMD, mean, MaxDist, ELR, EL, edge
-// ratio and Chamfer are means over pairs; "median mm" and "p95 mm" are each pair's quantiles over its
+// ratio error and Chamfer are means over pairs; "median mm" and "p95 mm" are each pair's quantiles over its
 // vertices, averaged over pairs; "median PMD" is the median over pairs and "worst mm" the largest pair mean.
 std::string SummaryMarkdown(const std::vector<EvaluationRow>& rows);
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/base/threads.h"
+#include "core/mesh/measure.h"
 #include "core/mesh/mesh_check.h"
 #include "core/mesh/mesh_io.h"
 
@@ -45,11 +46,13 @@ absl::StatusOr<FileCase> ParseLine(std::string_view line, int number, const std:
                 .truth = folder / parts[2]};
   if (parts.size() == 4) {
     const char* end = parts[3].data() + parts[3].size();
-    const auto [stop, error] = std::from_chars(parts[3].data(), end, item.stature);
-    if (error != std::errc() || stop != end || !std::isfinite(item.stature) || item.stature <= 0) {
+    double stature = 0;
+    const auto [stop, error] = std::from_chars(parts[3].data(), end, stature);
+    if (error != std::errc() || stop != end || !std::isfinite(stature) || stature <= 0) {
       return absl::InvalidArgumentError(
           fmt::format("line {}: the stature is not a positive number: {}", number, parts[3]));
     }
+    item.stature = stature;
   }
   return item;
 }
@@ -71,8 +74,9 @@ absl::StatusOr<std::vector<EvaluationRow>> EvaluateCase(const FileCase& item, co
   const Candidate unchanged{.method = "source left as it is", .positions = source.positions};
   const std::string name =
       fmt::format("{} as {}", item.source.stem().string(), item.reference.stem().string());
-  return std::vector<EvaluationRow>{Judge(name, method, truth.positions, source.faces, item.stature),
-                                    Judge(name, unchanged, truth.positions, source.faces, item.stature)};
+  const double stature = item.stature.value_or(EstimateStature(source.positions, source.faces));
+  return std::vector<EvaluationRow>{Judge(name, method, truth.positions, source.faces, stature),
+                                    Judge(name, unchanged, truth.positions, source.faces, stature)};
 }
 
 }  // namespace

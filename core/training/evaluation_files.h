@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -14,12 +15,12 @@ struct FileCase {
   int line = 0;  // in the list, from 1
   std::filesystem::path source;
   std::filesystem::path reference;
-  std::filesystem::path truth;         // the source's vertices, in its order, under the reference's pose
-  double stature = kReferenceStature;  // the source's, in its own unit
+  std::filesystem::path truth;  // the source's vertices, in its order, under the reference's pose
+  std::optional<double> stature = std::nullopt;  // the source's, in its own unit
 };
 
 // A list with "source reference truth [stature]" per line, separated by spaces, or by tabs where names have
-// spaces; without a stature the meshes count as metres of a character of kReferenceStature. Empty lines and
+// spaces; without a stature the source's surface tells it (EstimateStature). Empty lines and
 // those that begin with # are skipped. Relative paths start at `folder`. INVALID_ARGUMENT, naming the line,
 // for anything else, and for a list without any case.
 absl::StatusOr<std::vector<FileCase>> ParseFileList(std::string_view text,

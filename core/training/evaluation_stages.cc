@@ -40,8 +40,9 @@ void Accumulate(WeightErrors& mean, const WeightErrors& one, double count) {
 // Paper A's table 1, the mean over identities.
 BoneLengthDeviation EvaluateBones(const CharacterGenerator& generator, const Pipeline& pipeline,
                                   const StageEvaluationOptions& options, std::vector<std::string>& failures) {
-  std::vector<BoneLengthDeviation> deviations(static_cast<size_t>(std::max(0, options.identities)));
-  std::mutex mutex;  // protects failures
+  const auto identities = static_cast<size_t>(std::max(0, options.identities));
+  std::vector<BoneLengthDeviation> deviations(identities);
+  std::vector<std::vector<std::string>> failures_of(identities);
   ParallelFor(options.identities, options.threads, 1, [&](int64_t begin, int64_t end) {
     for (int64_t identity = begin; identity < end; ++identity) {
       std::vector<Points> joints;
@@ -51,13 +52,16 @@ BoneLengthDeviation EvaluateBones(const CharacterGenerator& generator, const Pip
         if (rig.ok()) {
           joints.push_back(NormalisedJoints(rig->rig.joints, character.stature));
         } else {
-          const std::lock_guard<std::mutex> lock(mutex);
-          failures.push_back(fmt::format("identity {}: {}", identity, rig.status().ToString()));
+          failures_of[static_cast<size_t>(identity)].push_back(
+              fmt::format("identity {}: {}", identity, rig.status().ToString()));
         }
       }
       deviations[static_cast<size_t>(identity)] = CompareBoneLengths(joints, pipeline.skeleton().parents());
     }
   });
+  for (const std::vector<std::string>& some : failures_of) {
+    failures.insert(failures.end(), some.begin(), some.end());
+  }
   BoneLengthDeviation mean;
   for (const BoneLengthDeviation& one : deviations) {
     mean.mean_length += one.mean_length / static_cast<double>(deviations.size());
@@ -88,18 +92,21 @@ StageErrors EvaluateStages(const CharacterGenerator& generator, const Pipeline& 
   struct One {
     WeightErrors rigid, smooth;
     std::vector<double> joint_mm;  // empty: not rigged
+    std::string failure;           // why not
   };
   std::vector<One> ones(static_cast<size_t>(options.characters));
   StageErrors errors;
-  std::mutex mutex;  // protects errors.failures and done
+  std::mutex mutex;  // protects done
   int done = 0;
   ParallelFor(options.characters, options.threads, 1, [&](int64_t begin, int64_t end) {
     for (int64_t index = begin; index < end; ++index) {
       const Character character = generator.Make(options.seed, index, options.character);
       const absl::StatusOr<std::array<Rig, 2>> rigs =
           RigidAndSmooth(pipeline, character.mesh, options.transfer);
-      if (rigs.ok()) {
-        One& one = ones[static_cast<size_t>(index)];
+      One& one = ones[static_cast<size_t>(index)];
+      if (!rigs.ok()) {
+        one.failure = fmt::format("character {}: {}", index, rigs.status().ToString());
+      } else {
         one.rigid = CompareWeights((*rigs)[0].weights, character.weights);
         one.smooth = CompareWeights((*rigs)[1].weights, character.weights);
         const Eigen::VectorXd distances =
@@ -108,13 +115,13 @@ StageErrors EvaluateStages(const CharacterGenerator& generator, const Pipeline& 
         one.joint_mm.assign(distances.begin(), distances.end());
       }
       const std::lock_guard<std::mutex> lock(mutex);
-      if (!rigs.ok()) {
-        errors.failures.push_back(fmt::format("character {}: {}", index, rigs.status().ToString()));
-      }
       if (progress) progress(++done);
     }
   });
 
+  for (const One& one : ones) {
+    if (!one.failure.empty()) errors.failures.push_back(one.failure);
+  }
   errors.characters = options.characters - static_cast<int>(errors.failures.size());
   errors.joint_mm.assign(static_cast<size_t>(pipeline.skeleton().joint_count()), 0.0);
   for (const One& one : ones) {

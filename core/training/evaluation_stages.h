@@ -31,9 +31,11 @@ WeightErrors CompareWeights(const RowMatrix& predicted, const RowMatrix& truth);
 
 // Means over characters of kReferenceStature.
 struct StageErrors {
-  int characters = 0;                 // that were rigged
-  std::vector<std::string> failures;  // "character 17: ..." for the others
-  WeightErrors rigid;                 // before smoothing
+  int characters = 0;  // that were rigged
+  // "character 17: ..." for the others, then "identity 3: ..." for poses without bone lengths; in order of
+  // index.
+  std::vector<std::string> failures;
+  WeightErrors rigid;  // before smoothing
   WeightErrors smooth;
   std::vector<double> joint_mm;  // (J)
   double mean_joint_mm = 0;

@@ -3,13 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
-#include <system_error>
 
 #include "core/base/files.h"
+#include "core/mesh/io_text.h"
+#include "core/skeleton/bone_names.h"
 #include "core/training/gzip.h"
 
 namespace stance {
@@ -20,31 +21,6 @@ using Json = nlohmann::json;
 constexpr float kDecimetre = 0.1f;            // metres: the unit of base.obj and of the targets
 constexpr size_t kMaxTargetBytes = 16 << 20;  // the longest of MPFB's targets has half a megabyte
 constexpr std::string_view kBonePrefix = "mixamorig:";
-
-// Mixamo's bone for each canonical joint.
-constexpr std::array<std::string_view, kHumanJoints> kBones = {
-    "Hips",        "LeftUpLeg",    "RightUpLeg",    "Spine",     "LeftLeg",         "RightLeg",
-    "Spine1",      "LeftFoot",     "RightFoot",     "Spine2",    "LeftToeBase",     "RightToeBase",
-    "Neck",        "LeftShoulder", "RightShoulder", "Head",      "LeftArm",         "RightArm",
-    "LeftForeArm", "RightForeArm", "LeftHand",      "RightHand", "LeftHandMiddle1", "RightHandMiddle1"};
-
-// Takes the next word (up to blanks) off the line.
-std::string_view NextWord(std::string_view& line) {
-  const size_t first = line.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return line = {};
-  const size_t last = std::min(line.find_first_of(" \t\r", first), line.size());
-  const std::string_view word = line.substr(first, last - first);
-  line.remove_prefix(last);
-  return word;
-}
-
-template <typename Number>
-std::optional<Number> ParseNumber(std::string_view word) {
-  Number value{};
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
-  return value;
-}
 
 // Calls line(text, number) for each line until one returns an error.
 template <typename Line>
@@ -64,7 +40,7 @@ absl::Status BadLine(const std::filesystem::path& path, int number, std::string_
 std::optional<Eigen::RowVector3f> ParseVector(std::string_view& line) {
   Eigen::RowVector3f vector;
   for (int c = 0; c < 3; ++c) {
-    const std::optional<float> value = ParseNumber<float>(NextWord(line));
+    const std::optional<float> value = ParseReal(NextWord(line));
     if (!value) return std::nullopt;
     vector[c] = *value * kDecimetre;
   }
@@ -77,9 +53,9 @@ std::optional<std::vector<int32_t>> ParsePolygon(std::string_view line) {
   while (true) {
     const std::string_view word = NextWord(line);
     if (word.empty()) break;
-    const std::optional<int32_t> index = ParseNumber<int32_t>(word.substr(0, word.find('/')));
-    if (!index || *index < 1) return std::nullopt;
-    corners.push_back(*index - 1);
+    const std::optional<int64_t> index = ParseInteger(word.substr(0, word.find('/')));
+    if (!index || *index < 1 || *index > std::numeric_limits<int32_t>::max()) return std::nullopt;
+    corners.push_back(static_cast<int32_t>(*index - 1));
   }
   if (corners.size() < 3) return std::nullopt;
   return corners;
@@ -92,10 +68,12 @@ absl::StatusOr<Json> ReadJson(const std::filesystem::path& path) {
   return json;
 }
 
-// The canonical joint that a Mixamo bone's weights go to.
+// The canonical joint that a Mixamo bone's weights go to, the bone without its prefix.
 std::optional<int> JointOfBone(std::string_view bone) {
-  const auto found = std::find(kBones.begin(), kBones.end(), bone);
-  if (found != kBones.end()) return static_cast<int>(found - kBones.begin());
+  const std::vector<std::string>& names = HumanBoneNames(BoneNaming::kMixamo);
+  for (size_t j = 0; j < names.size(); ++j) {
+    if (std::string_view(names[j]).substr(kBonePrefix.size()) == bone) return static_cast<int>(j);
+  }
   const bool left = bone.substr(0, 8) == "LeftHand";
   if (!left && bone.substr(0, 9) != "RightHand") return std::nullopt;
   if (bone.find("Thumb") != std::string_view::npos) return left ? kLeftWrist : kRightWrist;
@@ -161,7 +139,7 @@ absl::StatusOr<Points> ReadMpfbTarget(const std::filesystem::path& path, int64_t
     std::string_view rest = line;
     const std::string_view word = NextWord(rest);
     if (word.empty() || word[0] == '#') return absl::OkStatus();
-    const std::optional<int64_t> vertex = ParseNumber<int64_t>(word);
+    const std::optional<int64_t> vertex = ParseInteger(word);
     const auto displacement = ParseVector(rest);
     if (!vertex || *vertex < 0 || *vertex >= base_vertices || !displacement)
       return BadLine(path, number, line);
@@ -175,7 +153,7 @@ absl::StatusOr<JointVertices> ReadMpfbJoints(const std::filesystem::path& path, 
   STANCE_ASSIGN_OR_RETURN(const Json json, ReadJson(path));
   JointVertices joints;
   for (int j = 0; j < kHumanJoints; ++j) {
-    const std::string bone = fmt::format("{}{}", kBonePrefix, kBones[j]);
+    const std::string& bone = HumanBoneNames(BoneNaming::kMixamo)[j];
     const auto bad = [&](std::string_view what) {
       return absl::InvalidArgumentError(fmt::format("{}: bones/{}/head: {}", path.string(), bone, what));
     };

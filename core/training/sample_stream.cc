@@ -8,8 +8,6 @@
 #include <mutex>
 #include <thread>
 
-#include "core/mesh/resample.h"
-
 namespace stance {
 namespace {
 
@@ -18,24 +16,6 @@ struct Sample {
   std::vector<int32_t> joint_of;  // per point
   Points joints;                  // metres
 };
-
-// The vertex that each sample coincides with has the cell of that sample; a sample on a split edge has none,
-// and takes the label of the nearest vertex of its cell.
-std::vector<int32_t> LabelsOfSamples(const Character& character, const SurfaceSamples& samples) {
-  const int64_t n = samples.points.rows();
-  std::vector<int32_t> label(n, 0);
-  std::vector<float> nearest(n, std::numeric_limits<float>::infinity());
-  for (int64_t v = 0; v < character.mesh.vertex_count(); ++v) {
-    const int32_t s = samples.cell[v];
-    const float distance = (character.mesh.positions.row(v) - samples.points.row(s)).squaredNorm();
-    if (distance >= nearest[s]) continue;
-    nearest[s] = distance;
-    Eigen::Index joint;
-    character.weights.row(v).maxCoeff(&joint);
-    label[s] = static_cast<int32_t>(joint);
-  }
-  return label;
-}
 
 Sample MakeSample(const CharacterGenerator& generator, const SampleOptions& options, int64_t index) {
   Random random(options.seed ^ 0x5a17'9d3fULL, static_cast<uint64_t>(index));
@@ -59,6 +39,17 @@ Sample MakeSample(const CharacterGenerator& generator, const SampleOptions& opti
 }
 
 }  // namespace
+
+std::vector<int32_t> LabelsOfSamples(const Character& character, const SurfaceSamples& samples) {
+  std::vector<int32_t> labels;
+  labels.reserve(samples.vertex.size());
+  for (const int32_t v : samples.vertex) {
+    Eigen::Index joint;
+    character.weights.row(v).maxCoeff(&joint);
+    labels.push_back(static_cast<int32_t>(joint));
+  }
+  return labels;
+}
 
 TrainingBatch TrainingBatch::To(torch::Device device) const {
   TrainingBatch moved = *this;

@@ -5,7 +5,9 @@
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
+#include "core/mesh/resample.h"
 #include "core/network/tensors.h"
 #include "core/training/character_generator.h"
 
@@ -28,6 +30,9 @@ struct SampleOptions {
   PoseMix poses = PoseMix::kTraining;
   bool augment = true;  // noise, per-limb scale, random resolution
 };
+
+// (N) the joint of the largest weight at each sample's vertex (SurfaceSamples::vertex).
+std::vector<int32_t> LabelsOfSamples(const Character& character, const SurfaceSamples& samples);
 
 // The batch of characters first .. first + size - 1 of the stream: the same arguments give the same batch.
 TrainingBatch MakeTrainingBatch(const CharacterGenerator& generator, const SampleOptions& options,

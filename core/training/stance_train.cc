@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <optional>
 
 #include "core/base/allocator.h"
 #include "core/mesh/mesh_io.h"
@@ -68,10 +69,14 @@ int main(int argc, char** argv) {
   character->add_option("--index", index, "Which one")->capture_default_str();
   character->add_option("--vertices", vertices, "About so many vertices; 0: all 13,380")
       ->capture_default_str();
-  character->add_option("--poses", mix, "moderate or hard")->capture_default_str();
+  character->add_option("--poses", mix, "moderate or hard")
+      ->check(CLI::IsMember({"moderate", "hard"}))
+      ->capture_default_str();
   character->add_option("-o,--out", out, "Mesh file; the extension gives the format")->required();
 
   stance::TrainingOptions options;
+  std::optional<int64_t> batch;
+  std::optional<double> learning_rate;
   std::string stage = "weights";
   auto* run = app.add_subcommand("run", "Run one training stage, or continue it");
   run->add_option("--data", data, "Pack written by 'stance-train pack'")->required();
@@ -80,9 +85,9 @@ int main(int argc, char** argv) {
   run->add_option("--work", options.work_dir, "Folder for checkpoints, log and plot")->required();
   run->add_option("--seed", options.seed, "Seed of weights and samples")->capture_default_str();
   run->add_option("--points", options.samples_per_mesh, "Surface samples per mesh")->capture_default_str();
-  run->add_option("--batch", options.batch_size, "Characters per step")->capture_default_str();
+  run->add_option("--batch", batch, "Characters per step [8; stage both: 4]");
   run->add_option("--samples", options.total_samples, "Characters seen in all")->capture_default_str();
-  run->add_option("--lr", options.learning_rate, "Adam's learning rate at the start")->capture_default_str();
+  run->add_option("--lr", learning_rate, "Adam's learning rate at the start [1e-3; stage both: 2e-4]");
   run->add_option("--final-lr", options.final_rate, "Fraction of it at the end of the cosine")
       ->capture_default_str();
   run->add_option("--loss-points", options.loss_points, "Points per mesh in f_C's loss")
@@ -115,7 +120,10 @@ int main(int argc, char** argv) {
   }
   auto parsed = stance::TrainingStageFromName(stage);
   if (!parsed.ok()) return Finish(parsed.status());
+  const stance::TrainingOptions defaults = stance::DefaultTrainingOptions(*parsed);
   options.stage = *parsed;
+  options.batch_size = batch.value_or(defaults.batch_size);
+  options.learning_rate = learning_rate.value_or(defaults.learning_rate);
   auto generator = CharacterGenerator::FromPack(data);
   if (!generator.ok()) return Finish(generator.status());
   return Finish(stance::Train(**generator, options, Report));

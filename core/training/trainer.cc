@@ -6,7 +6,9 @@
 
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <optional>
 
 #include "core/network/model_files.h"
 #include "core/network/skeletal_networks.h"
@@ -31,10 +33,8 @@ double CosineRate(const TrainingOptions& options, int64_t seen) {
   return options.learning_rate * (options.final_rate + (1 - options.final_rate) * cosine);
 }
 
-// `count` rows of each mesh, the same positions in every mesh: samples are in farthest-point order, which
-// says nothing of where on the body they lie, so a random subset of positions is a random subset of the
-// surface.
-// Drawn from `seed` alone, so that a resumed run repeats what an unbroken one would have done.
+// `count` random rows of each mesh. Drawn from `seed` alone, so that a resumed run repeats what an unbroken
+// one would have done.
 torch::Tensor RandomRows(const std::vector<int64_t>& offsets, int64_t count, uint64_t seed) {
   auto generator = at::detail::createCPUGenerator(seed);
   std::vector<torch::Tensor> rows;
@@ -104,18 +104,73 @@ class Stage {
   JointNetwork joints_;
 };
 
-absl::Status StartFromStages(const std::filesystem::path& dir, const Modules& modules) {
-  for (const auto& [stage, name] :
-       {std::pair{TrainingStage::kWeights, "f_c"}, std::pair{TrainingStage::kJoints, "f_j"}}) {
-    for (const auto& [module_name, module] : modules) {
-      if (module_name != name) continue;
-      const auto loaded = LoadCheckpoint(CheckpointPath(dir, stage), {{module_name, module}}, nullptr);
-      if (!loaded.ok()) {
-        return absl::FailedPreconditionError(fmt::format("stage 'both' starts from stage '{}': {}",
-                                                         TrainingStageName(stage),
-                                                         std::string(loaded.status().message())));
-      }
+// Refuses a checkpoint that saw other meshes than `expected` says: its networks would see what they never
+// learned.
+absl::Status CheckSameSamples(const std::filesystem::path& checkpoint, const TrainingProgress& found,
+                              const TrainingProgress& expected) {
+  if (found.samples_per_mesh == expected.samples_per_mesh && found.max_ring == expected.max_ring) {
+    return absl::OkStatus();
+  }
+  return absl::FailedPreconditionError(fmt::format(
+      "{} was trained on {} samples per mesh with {} neighbours each, not {} with {}", checkpoint.string(),
+      found.samples_per_mesh, found.max_ring, expected.samples_per_mesh, expected.max_ring));
+}
+
+// Loads the checkpoints of the first two stages into `modules` ("f_c", "f_j"), which both must have seen the
+// same meshes; returns the second's progress.
+absl::StatusOr<TrainingProgress> LoadStages(const std::filesystem::path& dir, const Modules& modules,
+                                            torch::Device device) {
+  std::optional<TrainingProgress> progress;
+  for (const TrainingStage stage : {TrainingStage::kWeights, TrainingStage::kJoints}) {
+    const auto& module = modules[stage == TrainingStage::kWeights ? 0 : 1];
+    const auto path = CheckpointPath(dir, stage);
+    const auto loaded = LoadCheckpoint(path, {module}, nullptr, device);
+    if (!loaded.ok()) {
+      return absl::FailedPreconditionError(fmt::format("stage '{}' must have been trained: {}",
+                                                       TrainingStageName(stage),
+                                                       std::string(loaded.status().message())));
     }
+    if (progress) STANCE_RETURN_IF_ERROR(CheckSameSamples(path, *loaded, *progress));
+    progress = *loaded;
+  }
+  return *progress;
+}
+
+absl::Status CheckOptions(const TrainingOptions& options) {
+  struct Whole {
+    const char* name;
+    int64_t value, least, most;
+  };
+  constexpr int64_t kAny = std::numeric_limits<int64_t>::max();
+  // Samples and neighbours are part of the model: the bounds are those of its manifest.
+  for (const Whole& option :
+       {Whole{"samples_per_mesh", options.samples_per_mesh, 64, 100'000},
+        Whole{"max_ring", options.max_ring, 1, 64}, Whole{"batch_size", options.batch_size, 1, 4096},
+        Whole{"total_samples", options.total_samples, 1, kAny},
+        Whole{"loss_points", options.loss_points, 1, kAny}, Whole{"threads", options.threads, 1, 1024},
+        Whole{"generator_threads", options.generator_threads, 1, 1024}}) {
+    if (option.value >= option.least && option.value <= option.most) continue;
+    return absl::InvalidArgumentError(
+        option.most == kAny
+            ? fmt::format("{}: {} is less than {}", option.name, option.value, option.least)
+            : fmt::format("{}: {} is not in {}..{}", option.name, option.value, option.least, option.most));
+  }
+  struct Real {
+    const char* name;
+    double value, most;
+    bool zero;  // is allowed
+  };
+  constexpr double kFinite = std::numeric_limits<double>::max();
+  for (const Real& option : {Real{"learning_rate", options.learning_rate, kFinite, false},
+                             Real{"final_rate", options.final_rate, 1, true},
+                             Real{"checkpoint_minutes", options.checkpoint_minutes, kFinite, true},
+                             Real{"max_hours", options.max_hours, kFinite, true}}) {
+    // Written so that a NaN is refused too.
+    if ((option.value > 0 || (option.zero && option.value == 0)) && option.value <= option.most) continue;
+    return absl::InvalidArgumentError(fmt::format("{}: {} is out of range", option.name, option.value));
+  }
+  if (options.device != "cpu" && options.device != "cuda" && !options.device.starts_with("cuda:")) {
+    return absl::InvalidArgumentError(fmt::format("device: '{}' is neither cpu nor cuda", options.device));
   }
   return absl::OkStatus();
 }
@@ -141,18 +196,16 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
   torch::optim::Adam optimizer(parameters, torch::optim::AdamOptions(options.learning_rate));
   const auto checkpoint = CheckpointPath(options.work_dir, options.stage);
   TrainingProgress progress{0, options.samples_per_mesh, options.max_ring, 0};
-  if (auto resumed = LoadCheckpoint(checkpoint, modules, &optimizer); resumed.ok()) {
-    if (resumed->samples_per_mesh != options.samples_per_mesh) {
-      return absl::FailedPreconditionError(fmt::format("{} was trained on {} samples per mesh, not {}",
-                                                       checkpoint.string(), resumed->samples_per_mesh,
-                                                       options.samples_per_mesh));
-    }
+  if (auto resumed = LoadCheckpoint(checkpoint, modules, &optimizer, device); resumed.ok()) {
+    STANCE_RETURN_IF_ERROR(CheckSameSamples(checkpoint, *resumed, progress));
     progress = *resumed;
     report(fmt::format("resuming {} at {} characters", TrainingStageName(options.stage), progress.seen));
   } else if (resumed.status().code() != absl::StatusCode::kNotFound) {
     return resumed.status();
   } else if (options.stage == TrainingStage::kBoth) {
-    STANCE_RETURN_IF_ERROR(StartFromStages(options.work_dir, modules));
+    STANCE_ASSIGN_OR_RETURN(const TrainingProgress stages, LoadStages(options.work_dir, modules, device));
+    STANCE_RETURN_IF_ERROR(
+        CheckSameSamples(CheckpointPath(options.work_dir, TrainingStage::kJoints), stages, progress));
   }
 
   // Each stage sees its own characters.
@@ -175,11 +228,19 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
     const Step step = stage.Forward(batch, progress.seen);
     optimizer.zero_grad();
     step.loss.backward();
-    torch::nn::utils::clip_grad_norm_(parameters, 2.0);
+    const double gradient = torch::nn::utils::clip_grad_norm_(parameters, 2.0);
+    const auto loss = step.loss.item<double>();
+    if (!std::isfinite(loss) || !std::isfinite(gradient)) {
+      return absl::InternalError(
+          fmt::format("stage '{}' after {} characters: the loss ({}) or its gradient ({}) is not finite; a "
+                      "smaller learning "
+                      "rate than {} may help; the last checkpoint is kept",
+                      TrainingStageName(options.stage), progress.seen, loss, gradient, rate));
+    }
     optimizer.step();
     progress.seen += options.batch_size;
     ++steps;
-    sums.loss += step.loss.item<double>();
+    sums.loss += loss;
     sums.accuracy += step.accuracy;
     sums.joint_mm += step.joint_mm;
 
@@ -238,13 +299,19 @@ std::string TrainingStageName(TrainingStage stage) {
   return "";
 }
 
+TrainingOptions DefaultTrainingOptions(TrainingStage stage) {
+  TrainingOptions options;
+  options.stage = stage;
+  if (stage == TrainingStage::kBoth) {
+    options.batch_size = 4;
+    options.learning_rate = 2e-4;
+  }
+  return options;
+}
+
 absl::Status Train(const CharacterGenerator& generator, const TrainingOptions& options,
                    const std::function<void(const std::string&)>& report) {
-  if (options.batch_size < 1 || options.total_samples < 1 || options.samples_per_mesh < 64) {
-    return absl::InvalidArgumentError(fmt::format("batch size {}, total samples {}, samples per mesh {}",
-                                                  options.batch_size, options.total_samples,
-                                                  options.samples_per_mesh));
-  }
+  STANCE_RETURN_IF_ERROR(CheckOptions(options));
   try {
     return TrainImpl(generator, options, report);
   } catch (const std::exception& error) {
@@ -257,11 +324,8 @@ absl::Status ExportModel(const std::filesystem::path& work_dir, const std::files
   WeightNetwork weights;
   JointNetwork joints;
   const Modules both = {{"f_c", weights.ptr()}, {"f_j", joints.ptr()}};
-  auto progress = LoadCheckpoint(CheckpointPath(work_dir, TrainingStage::kBoth), both, nullptr);
-  if (absl::IsNotFound(progress.status())) {
-    STANCE_RETURN_IF_ERROR(StartFromStages(work_dir, both));
-    progress = LoadCheckpoint(CheckpointPath(work_dir, TrainingStage::kWeights), {both[0]}, nullptr);
-  }
+  auto progress = LoadCheckpoint(CheckpointPath(work_dir, TrainingStage::kBoth), both, nullptr, torch::kCPU);
+  if (absl::IsNotFound(progress.status())) progress = LoadStages(work_dir, both, torch::kCPU);
   if (!progress.ok()) return progress.status();
   TensorMap tensors = ModuleTensors(*weights, kWeightNetworkPrefix, /*half=*/true);
   tensors.merge(ModuleTensors(*joints, kJointNetworkPrefix, /*half=*/true));

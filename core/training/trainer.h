@@ -26,8 +26,9 @@ struct TrainingOptions {
   int max_ring = 12;
   int64_t batch_size = 8;          // paper A: 8, and 4 for "both"
   int64_t total_samples = 50'000;  // characters seen by the end of the cosine
-  double learning_rate = 1e-3;     // paper A: 1e-4 over 500,000 samples; 1e-3 reaches as far in fewer
-  double final_rate = 0.02;        // fraction of learning_rate at the end of the cosine
+  double learning_rate = 1e-3;  // paper A: 1e-4 over 500,000 samples, then 5e-5 for "both"; 1e-3 reaches as
+                                // far in fewer
+  double final_rate = 0.02;     // fraction of learning_rate at the end of the cosine
   // Points per mesh on which f_C's head and loss are evaluated: neighbours say nearly the same.
   int64_t loss_points = 256;
   int threads = 1;             // for the networks
@@ -37,12 +38,19 @@ struct TrainingOptions {
   double max_hours = 1e9;  // stops after a checkpoint, resumable, when this much has passed
 };
 
-// Runs the stage to its end (or max_hours). `report` receives the progress lines. FAILED_PRECONDITION when
-// "both" finds no checkpoints of the other stages; INTERNAL if Torch fails, with its words.
+// The options of a stage where nobody says otherwise: "both", which tunes what the other two have learned,
+// goes with smaller steps (batch 4, learning rate 2e-4).
+TrainingOptions DefaultTrainingOptions(TrainingStage stage);
+
+// Runs the stage to its end (or max_hours). `report` receives the progress lines. INVALID_ARGUMENT with name
+// and value for an option out of range; FAILED_PRECONDITION when "both" finds no checkpoints of the other
+// stages, or a checkpoint is of another number of samples per mesh or neighbours; INTERNAL if Torch fails,
+// with its words, and if loss or gradient are no longer finite: the last checkpoint then stays as it is.
 absl::Status Train(const CharacterGenerator& generator, const TrainingOptions& options,
                    const std::function<void(const std::string&)>& report);
 
 // Writes the networks of the newest checkpoints (stage "both", else the other two) as a model directory.
+// FAILED_PRECONDITION if there are none, or if the two were trained on different samples.
 absl::Status ExportModel(const std::filesystem::path& work_dir, const std::filesystem::path& model_dir,
                          const std::string& name, const std::string& version);
 

@@ -131,5 +131,17 @@ TEST(CharacterPack, AnotherVersionIsNamed) {
   EXPECT_NE(std::string(pack.status().message()).find("version 9"), std::string::npos);
 }
 
+// Found before a row of 24 weights is allocated for each of four billion vertices.
+TEST(CharacterPack, CountsThatNoBodyHasAreDataLoss) {
+  std::string raw = Raw(SerializePack(SmallPack()));
+  for (const auto& [vertices, points] : {std::pair{100u, 70'000u}, std::pair{100u, 100u}}) {
+    std::memcpy(raw.data(), &vertices, 4);
+    std::memcpy(raw.data() + 4, &points, 4);
+    const auto pack = ParsePack(Wrapped(raw));
+    EXPECT_EQ(pack.status().code(), absl::StatusCode::kDataLoss);
+    EXPECT_NE(std::string(pack.status().message()).find("100 vertices among"), std::string::npos);
+  }
+}
+
 }  // namespace
 }  // namespace stance

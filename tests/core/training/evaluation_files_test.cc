@@ -28,7 +28,7 @@ TEST(ParseFileList, ReadsCasesRelativeToTheFolder) {
   EXPECT_EQ((*cases)[0].source, "/list/a.obj");
   EXPECT_EQ((*cases)[0].reference, "/list/b.ply");
   EXPECT_EQ((*cases)[0].truth, "/list/c.glb");
-  EXPECT_EQ((*cases)[0].stature, kReferenceStature);
+  EXPECT_EQ((*cases)[0].stature, std::nullopt);
   EXPECT_EQ((*cases)[1].line, 4);
   EXPECT_EQ((*cases)[1].source, "/x/a.obj");
   EXPECT_EQ((*cases)[1].stature, 1.25);

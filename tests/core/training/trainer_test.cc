@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/base/files.h"
 #include "core/network/model_files.h"
 #include "core/network/skeletal_model.h"
@@ -121,6 +123,67 @@ TEST_F(TrainerTest, RefusesWhatItCannotDo) {
   EXPECT_EQ(Run(tiny).code(), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(TrainingStageFromName("dreams").status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_FALSE(ExportModel(work_.path() / "nothing", work_.path() / "model", "x", "1").ok());
+}
+
+TEST_F(TrainerTest, NamesTheOptionThatIsOutOfRange) {
+  struct Case {
+    const char* name;
+    void (*spoil)(TrainingOptions&);
+  };
+  for (const Case& bad : {
+           Case{"samples_per_mesh: 63", [](TrainingOptions& o) { o.samples_per_mesh = 63; }},
+           Case{"max_ring: 65", [](TrainingOptions& o) { o.max_ring = 65; }},
+           Case{"batch_size: 0", [](TrainingOptions& o) { o.batch_size = 0; }},
+           Case{"total_samples: -1", [](TrainingOptions& o) { o.total_samples = -1; }},
+           Case{"loss_points: 0", [](TrainingOptions& o) { o.loss_points = 0; }},
+           Case{"threads: 0", [](TrainingOptions& o) { o.threads = 0; }},
+           Case{"generator_threads: 0", [](TrainingOptions& o) { o.generator_threads = 0; }},
+           Case{"learning_rate: nan", [](TrainingOptions& o) { o.learning_rate = std::nan(""); }},
+           Case{"final_rate: 2", [](TrainingOptions& o) { o.final_rate = 2; }},
+           Case{"max_hours: -1", [](TrainingOptions& o) { o.max_hours = -1; }},
+           Case{"device: 'tpu'", [](TrainingOptions& o) { o.device = "tpu"; }},
+       }) {
+    TrainingOptions options = Options(TrainingStage::kWeights, "bad", 8);
+    bad.spoil(options);
+    const absl::Status status = Run(options);
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << bad.name;
+    EXPECT_NE(std::string(status.message()).find(bad.name), std::string::npos) << status;
+  }
+}
+
+// The two stages must have seen the same meshes, and a stage goes on with those it began with.
+TEST_F(TrainerTest, RefusesCheckpointsOfOtherSamples) {
+  ASSERT_TRUE(Run(Options(TrainingStage::kWeights, "mixed", 4)).ok());
+  TrainingOptions more = Options(TrainingStage::kJoints, "mixed", 4);
+  more.samples_per_mesh = 128;
+  ASSERT_TRUE(Run(more).ok());
+  more.stage = TrainingStage::kBoth;
+  EXPECT_EQ(Run(more).code(), absl::StatusCode::kFailedPrecondition);
+  more.stage = TrainingStage::kWeights;
+  const absl::Status status = Run(more);
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_NE(std::string(status.message()).find("96 samples per mesh"), std::string::npos) << status;
+  EXPECT_EQ(ExportModel(work_.path() / "mixed", work_.path() / "model", "x", "1").code(),
+            absl::StatusCode::kFailedPrecondition);
+}
+
+TEST_F(TrainerTest, ALossThatIsNotFiniteStopsTheStage) {
+  TrainingOptions wild = Options(TrainingStage::kJoints, "wild", 4000);
+  wild.learning_rate = 1e30;
+  const absl::Status status = Run(wild);
+  EXPECT_EQ(status.code(), absl::StatusCode::kInternal);
+  EXPECT_NE(std::string(status.message()).find("not finite"), std::string::npos) << status;
+}
+
+TEST_F(TrainerTest, ASampleHasTheLabelOfItsVertex) {
+  const Character character = generator_->Make(1, 0, {});
+  const SurfaceSamples samples = ResampleSurface(character.mesh, {96, 12});
+  const std::vector<int32_t> labels = LabelsOfSamples(character, samples);
+  ASSERT_EQ(labels.size(), samples.vertex.size());
+  for (size_t s = 0; s < labels.size(); ++s) {
+    const auto weights = character.weights.row(samples.vertex[s]);
+    EXPECT_EQ(weights[labels[s]], weights.maxCoeff());
+  }
 }
 
 TEST_F(TrainerTest, ADamagedCheckpointIsDataLoss) {

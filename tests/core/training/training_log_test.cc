@@ -26,7 +26,8 @@ TEST(TrainingLog, RowsAppendedAreRowsRead) {
 TEST(TrainingLog, AMalformedRowIsNamed) {
   const testing::TemporaryFolder folder;
   const auto csv = folder.path() / "log.csv";
-  ASSERT_TRUE(WriteFile(csv, "seen,seconds,loss,accuracy,joint_mm,learning_rate\n1,2,3,4,5,6\n1,two,3\n").ok());
+  ASSERT_TRUE(
+      WriteFile(csv, "seen,seconds,loss,accuracy,joint_mm,learning_rate\n1,2,3,4,5,6\n1,two,3\n").ok());
   const auto status = ReadLog(csv).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
   EXPECT_NE(std::string(status.message()).find("row 3"), std::string::npos);
