@@ -6,8 +6,9 @@
 #   deploy/tidy.sh headers         every header compiles alone (slow: about 15 s per header that has LibTorch)
 #   deploy/tidy.sh tidy [FILE...]  clang-tidy finds nothing (slow; default: every .cc file without LibTorch, whose
 #                                  1.13 headers Debian 12's Clang can't read as C++20)
+#   deploy/tidy.sh proto           buf lint finds nothing in proto/ (npm's @bufbuild/buf, fetched if it is not there)
 #
-# The last two need a configured build/release (deploy/test.sh, or cmake --preset release).
+# headers and tidy need a configured build/release (deploy/test.sh, or cmake --preset release).
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
 cpp_files() { find client core proto server tests -name '*.cc' -o -name '*.h' | LC_ALL=C sort; }
@@ -26,6 +27,11 @@ case "${1:-}" in
   headers)
     need_build
     cmake --build --preset release --parallel "$(build_jobs)" --target all_verify_interface_header_sets
+    ;;
+  proto)
+    need npx
+    cd proto
+    npx --yes @bufbuild/buf lint
     ;;
   tidy)
     need clang-tidy

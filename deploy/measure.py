@@ -1,0 +1,104 @@
+#!/usr/bin/env python3
+"""Measures the times of docs/performance.md and prints them as its tables.
+
+  deploy/measure.py [--seconds S] [--only benchmark|load]
+
+Needs a finished release build (deploy/test.sh) and an otherwise idle machine. `benchmark` runs
+transfer_benchmark, every row of a table in the same run; `load` starts a server with the default model and runs
+stance-load against it with 1, 4 and 16 clients on the bundled pair.
+"""
+
+import argparse
+import json
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+BIN = ROOT / "build" / "release" / "bin"
+PAIR = [str(ROOT / "deploy" / "sample" / name) for name in ("source.glb", "reference.glb")]
+PHASES = ("check", "resample", "network", "pose", "weights", "deform")
+CLIENTS = (1, 4, 16)
+
+
+def table(head, rows):
+    for cells in [head, ["---"] * len(head), *rows]:
+        print("| " + " | ".join(str(cell) for cell in cells) + " |")
+    print()
+
+
+def number(value):
+    return f"{value:.0f}" if value >= 100 else f"{value:.1f}"
+
+
+def measure_benchmark():
+    command = [BIN / "transfer_benchmark", "--benchmark_format=json"]
+    report = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
+    runs = {run["name"].replace("/real_time", "").replace("/iterations:1", ""): run for run in report["benchmarks"]}
+    ms = {name: run["real_time"] for name, run in runs.items()}
+
+    rows = []
+    for name, label in (("Transfer/sampled", "the model's samples (the default)"), ("Transfer/full_resolution", "every vertex")):
+        rows.append([label, number(ms[name])] + [number(runs[name][f"{phase}_ms"]) for phase in PHASES])
+    table(["ms", "total", *PHASES], rows)
+
+    pairs = (
+        ("f_C over 6,890 vertices, one thread", "decomposed", "Confidence/decomposed", "edge by edge", "Confidence/plain"),
+        ("smooth weights of 6,890 vertices", "sparse Cholesky", "Weights/sparse", "dense solve", "Weights/dense"),
+    )
+    table(
+        ["", "ours", "ms", "the papers'", "ms", "ratio"],
+        [[what, ours, number(ms[a]), theirs, number(ms[b]), f"{ms[b] / ms[a]:.1f}"] for what, ours, a, theirs, b in pairs],
+    )
+
+    sizes = [512, 1024, 6890, 27556]
+    rows = []
+    for channels in (3, 64, 128):
+        for label, kind in (("ours", "index"), ("Torch's cdist and topk", "torch")):
+            rows.append([channels, label] + [number(ms[f"Knn/{kind}/{channels}/{size}"]) for size in sizes])
+    table(["channels", "20 nearest, one thread, ms", *(f"{size:,} rows" for size in sizes)], rows)
+
+
+def measure_load(seconds):
+    server = subprocess.Popen(
+        [BIN / "stance-server", "--listen", "127.0.0.1:0", "--metrics-listen", "127.0.0.1:0", "--model", ROOT / "models" / "skeletal-human24"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    try:
+        address = next((m[1] for line in server.stdout if (m := re.match(r"listening on (\S+)", line))), None)
+        if address is None:
+            sys.exit("measure.py: the server ended before it was ready")
+        rows = []
+        for clients in CLIENTS:
+            command = [BIN / "stance-load", *PAIR, "--server", address, "--clients", str(clients)]
+            command += ["--duration", str(seconds), "--warmup", "3", "--json"]
+            report = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
+            latency = report["latency_ms"]
+            rows.append(
+                [clients, report["ok"], sum(report["errors"].values()), f"{report['throughput']:.1f}"]
+                + [number(latency[key]) for key in ("p50", "p90", "p99", "max")]
+            )
+        table(["clients", "answers", "errors", "answers/s", "p50 ms", "p90 ms", "p99 ms", "max ms"], rows)
+    finally:
+        server.send_signal(signal.SIGTERM)
+        if server.wait(timeout=60) != 0:
+            sys.exit("measure.py: the server did not stop cleanly")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=20, help="length of each load run [20]")
+    parser.add_argument("--only", choices=("benchmark", "load"), help="one of the two")
+    arguments = parser.parse_args()
+    if arguments.only != "load":
+        measure_benchmark()
+    if arguments.only != "benchmark":
+        measure_load(arguments.seconds)
+
+
+if __name__ == "__main__":
+    main()
