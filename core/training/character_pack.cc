@@ -56,7 +56,7 @@ class Reader {
   }
   template <typename T>
   void GetArray(T* values, size_t count) {
-    if (!Has(count, sizeof(T))) return;
+    if (count == 0 || !Has(count, sizeof(T))) return;  // an empty array may have no place to copy to
     std::memcpy(values, bytes_.data(), count * sizeof(T));
     bytes_.remove_prefix(count * sizeof(T));
   }
