@@ -24,7 +24,8 @@ int64_t BucketOf(int64_t value) {
 int64_t LastOf(int64_t bucket) {
   if (bucket < 2 * kSub) return bucket;
   const int64_t shift = bucket / kSub - 1;
-  return (((bucket - shift * kSub) + 1) << shift) - 1;
+  // Unsigned: the end of the last bucket is 2^63.
+  return static_cast<int64_t>((static_cast<uint64_t>(bucket - shift * kSub + 1) << shift) - 1);
 }
 
 }  // namespace

@@ -348,12 +348,14 @@ TEST(ServerTest, ACancelledCallLeavesTheQueue) {
   const auto channel = ChannelTo(*server);
   auto running = CallAsync(channel, LargeRequest());
   server->AwaitMetric(kRunning, 1);
-  std::promise<grpc::ClientContext*> handle;
-  auto cancelled = CallAsync(channel, SmallRequest(),
-                             [&handle](grpc::ClientContext& context) { handle.set_value(&context); });
+  grpc::ClientContext context;  // outlives TryCancel, which the call's end does not wait for
+  auto cancelled = std::async(std::launch::async, [&] {
+    v1::TransferResponse response;
+    return v1::PoseTransferService::NewStub(channel)->Transfer(&context, SmallRequest(), &response);
+  });
   server->AwaitMetric(kQueued, 1);
-  handle.get_future().get()->TryCancel();
-  EXPECT_EQ(cancelled.get().status.error_code(), grpc::CANCELLED);
+  context.TryCancel();
+  EXPECT_EQ(cancelled.get().error_code(), grpc::CANCELLED);
   server->AwaitMetric("stance_rejections_total{reason=\"CANCELLED\"}", 1);
   EXPECT_TRUE(running.get().status.ok());
   EXPECT_EQ(server->Metric("stance_phase_seconds_count{phase=\"queue\"}"), 1);

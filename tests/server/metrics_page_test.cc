@@ -79,7 +79,7 @@ TEST(MetricsPageTest, AnswersTheMetricsOnly) {
 }
 
 TEST(MetricsPageTest, SurvivesPeersThatMisbehave) {
-  const auto page = ServeText(std::string(kLarge, 'x'), std::chrono::milliseconds(100));
+  const auto page = ServeText(std::string(kLarge, 'x'), std::chrono::seconds(1));
   { Connection hangs_up(page->port()); }
   Connection says_nothing(page->port());
   Connection never_reads(page->port());
