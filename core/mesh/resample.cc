@@ -14,34 +14,32 @@
 namespace stance {
 namespace {
 
-// The corners of the triangle (two of them on an edge, one at a vertex) that a point lies in, as the mesh's
-// own vertices; the last repeats where there are fewer.
-using Corners = std::array<int32_t, 3>;
-
 // A working copy whose first V rows are the mesh's own vertices.
 struct Refined {
   Points positions;
   Faces faces;
-  std::vector<Corners> added;  // of row V + i
+  std::vector<SurfacePlace> added;  // of row V + i
 
-  Corners CornersOf(int64_t row) const {
+  SurfacePlace PlaceOf(int64_t row) const {
     const int64_t own = positions.rows() - static_cast<int64_t>(added.size());
     if (row >= own) return added[row - own];
     const auto vertex = static_cast<int32_t>(row);
-    return {vertex, vertex, vertex};
+    return {{vertex, vertex, vertex}, {1, 0, 0}};
   }
 };
 
-// Both ends of an edge of a refined triangle lie in one triangle of the mesh: three corners hold their union.
-Corners Union(const Corners& a, const Corners& b) {
-  Corners both = a;
-  size_t count = std::unique(both.begin(), both.end()) - both.begin();
-  for (const int32_t corner : b) {
-    const auto end = both.begin() + static_cast<std::ptrdiff_t>(count);
-    if (count < both.size() && std::find(both.begin(), end, corner) == end) both[count++] = corner;
+// Half way between two places of one triangle, as both ends of an edge of a refined triangle are.
+SurfacePlace Middle(const SurfacePlace& a, const SurfacePlace& b) {
+  SurfacePlace middle = a;
+  for (float& weight : middle.weight) weight *= 0.5f;
+  for (int i = 0; i < 3; ++i) {
+    if (b.weight[i] == 0) continue;
+    int slot = 0;
+    while (slot < 2 && middle.weight[slot] > 0 && middle.corner[slot] != b.corner[i]) ++slot;
+    middle.corner[slot] = b.corner[i];
+    middle.weight[slot] += 0.5f * b.weight[i];
   }
-  std::fill(both.begin() + static_cast<std::ptrdiff_t>(count), both.end(), both[count - 1]);
-  return both;
+  return middle;
 }
 
 // Splits every edge longer than `limit` at its middle, once; true if any was. A split edge is split in all
@@ -49,7 +47,7 @@ Corners Union(const Corners& a, const Corners& b) {
 bool SplitLongEdges(Refined& mesh, float limit) {
   std::unordered_map<uint64_t, int32_t> middle;
   std::vector<Eigen::RowVector3f> added;
-  std::vector<Corners> added_corners;
+  std::vector<SurfacePlace> added_places;
   const auto split = [&](int32_t a, int32_t b) -> int32_t {
     const Eigen::RowVector3f pa = mesh.positions.row(a), pb = mesh.positions.row(b);
     if ((pa - pb).norm() <= limit) return -1;
@@ -59,7 +57,7 @@ bool SplitLongEdges(Refined& mesh, float limit) {
         key, static_cast<int32_t>(mesh.positions.rows() + static_cast<int64_t>(added.size())));
     if (fresh) {
       added.push_back(0.5f * (pa + pb));
-      added_corners.push_back(Union(mesh.CornersOf(a), mesh.CornersOf(b)));
+      added_places.push_back(Middle(mesh.PlaceOf(a), mesh.PlaceOf(b)));
     }
     return it->second;
   };
@@ -96,7 +94,7 @@ bool SplitLongEdges(Refined& mesh, float limit) {
   const int64_t before = mesh.positions.rows();
   mesh.positions.conservativeResize(before + static_cast<int64_t>(added.size()), 3);
   for (size_t i = 0; i < added.size(); ++i) mesh.positions.row(before + static_cast<int64_t>(i)) = added[i];
-  mesh.added.insert(mesh.added.end(), added_corners.begin(), added_corners.end());
+  mesh.added.insert(mesh.added.end(), added_places.begin(), added_places.end());
   mesh.faces = Eigen::Map<const Faces>(out.data(), static_cast<int64_t>(out.size() / 3), 3);
   return true;
 }
@@ -153,25 +151,15 @@ std::vector<int32_t> Candidates(const Refined& mesh, int64_t samples) {
   return rows;
 }
 
-// The adjacency of the cells as a table of the nearest `max_ring`, padded with the row itself.
-NeighborTable CellRing(const SurfaceGraph& graph, const std::vector<int32_t>& cell, const Points& points,
-                       int max_ring) {
-  std::vector<std::pair<int32_t, int32_t>> edges;
-  for (int64_t v = 0; v < graph.vertex_count(); ++v) {
-    for (int32_t e = graph.start[v]; e < graph.start[v + 1]; ++e) {
-      const int32_t a = cell[v], b = cell[graph.column[e]];
-      if (a >= 0 && b >= 0 && a != b) edges.emplace_back(a, b);
-    }
-  }
-  std::sort(edges.begin(), edges.end());
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+// The graph's rows as a table of the nearest `max_ring` in space, padded with the row itself.
+NeighborTable RingOf(const SurfaceGraph& graph, const Points& points, int max_ring) {
   NeighborTable ring(points.rows(), max_ring);
   std::vector<std::pair<float, int32_t>> row;
-  size_t next = 0;
   for (int64_t s = 0; s < points.rows(); ++s) {
     row.clear();
-    for (; next < edges.size() && edges[next].first == s; ++next) {
-      row.emplace_back((points.row(s) - points.row(edges[next].second)).squaredNorm(), edges[next].second);
+    for (int32_t e = graph.start[s]; e < graph.start[s + 1]; ++e) {
+      const int32_t neighbor = graph.column[e];
+      row.emplace_back((points.row(s) - points.row(neighbor)).squaredNorm(), neighbor);
     }
     std::sort(row.begin(), row.end());
     for (int i = 0; i < max_ring; ++i) {
@@ -198,17 +186,17 @@ void FillCells(const TriangleMesh& mesh, SurfaceSamples& samples) {
   for (size_t i = 0; i < lost.size(); ++i) samples.cell[lost[i]] = nearest[i];
 }
 
-// The nearest of the corners around a row.
-int32_t NearestCorner(const Refined& mesh, int32_t row) {
-  const Corners corners = mesh.CornersOf(row);
-  const auto distance = [&](int32_t corner) {
-    return (mesh.positions.row(corner) - mesh.positions.row(row)).squaredNorm();
-  };
-  return *std::min_element(corners.begin(), corners.end(),
-                           [&](int32_t a, int32_t b) { return distance(a) < distance(b); });
-}
-
 }  // namespace
+
+RowMatrix ValuesAt(const RowMatrix& rows, const std::vector<SurfacePlace>& places) {
+  RowMatrix values(std::ssize(places), rows.cols());
+  for (int64_t s = 0; s < values.rows(); ++s) {
+    const SurfacePlace& place = places[s];
+    values.row(s) = place.weight[0] * rows.row(place.corner[0]) +
+                    place.weight[1] * rows.row(place.corner[1]) + place.weight[2] * rows.row(place.corner[2]);
+  }
+  return values;
+}
 
 SurfaceSamples ResampleSurface(const TriangleMesh& mesh, const ResampleOptions& options) {
   const Refined refined = Refine(mesh, options.samples);
@@ -218,27 +206,30 @@ SurfaceSamples ResampleSurface(const TriangleMesh& mesh, const ResampleOptions& 
 
   SurfaceSamples samples;
   samples.points = RowsOf(refined.positions, seeds);
-  samples.vertex.reserve(seeds.size());
-  for (const int32_t seed : seeds) samples.vertex.push_back(NearestCorner(refined, seed));
-  const SurfaceGraph graph = BuildSurfaceGraph(refined.positions, refined.faces);
-  std::vector<int32_t> cell = NearestSeed(graph, seeds);
-  samples.one_ring = CellRing(graph, cell, samples.points, options.max_ring);
+  samples.place.reserve(seeds.size());
+  for (const int32_t seed : seeds) samples.place.push_back(refined.PlaceOf(seed));
+  samples.normals = RowsOf(VertexNormals(refined.positions, refined.faces), seeds);
+  const SurfaceGraph surface = BuildSurfaceGraph(refined.positions, refined.faces);
+  const SeedCells cells = NearestSeeds(surface, seeds);
+  samples.graph = SeedGraph(surface, cells, std::ssize(seeds));
+  samples.one_ring = RingOf(samples.graph, samples.points, options.max_ring);
 
-  samples.cell.assign(cell.begin(), cell.begin() + mesh.vertex_count());
+  samples.cell.assign(cells.seed.begin(), cells.seed.begin() + mesh.vertex_count());
   FillCells(mesh, samples);
   return samples;
 }
 
 SurfaceSamples VertexSamples(const TriangleMesh& mesh, int max_ring) {
   SurfaceSamples samples;
-  samples.vertex = ReferencedRows(mesh.positions, mesh.faces);
-  samples.points = RowsOf(mesh.positions, samples.vertex);
-  samples.cell.assign(mesh.vertex_count(), -1);
-  for (size_t s = 0; s < samples.vertex.size(); ++s) {
-    samples.cell[samples.vertex[s]] = static_cast<int32_t>(s);
-  }
-  samples.one_ring =
-      CellRing(BuildSurfaceGraph(mesh.positions, mesh.faces), samples.cell, samples.points, max_ring);
+  const std::vector<int32_t> vertices = ReferencedRows(mesh.positions, mesh.faces);
+  for (const int32_t v : vertices) samples.place.push_back({{v, v, v}, {1, 0, 0}});
+  samples.points = RowsOf(mesh.positions, vertices);
+  samples.normals = RowsOf(VertexNormals(mesh.positions, mesh.faces), vertices);
+  const SurfaceGraph surface = BuildSurfaceGraph(mesh.positions, mesh.faces);
+  const SeedCells cells = NearestSeeds(surface, vertices);  // each its own, but for the unreferenced
+  samples.graph = SeedGraph(surface, cells, std::ssize(vertices));
+  samples.one_ring = RingOf(samples.graph, samples.points, max_ring);
+  samples.cell = cells.seed;
   FillCells(mesh, samples);
   return samples;
 }

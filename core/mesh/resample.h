@@ -4,19 +4,32 @@
 // these samples instead; what they say of a sample reaches the vertices of its geodesic Voronoi cell.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "core/base/types.h"
+#include "core/mesh/surface_graph.h"
 #include "core/mesh/triangle_mesh.h"
 
 namespace stance {
 
+// A point of a mesh's surface: barycentric weights, which sum to 1, over the corners of a triangle; at a
+// vertex or on an edge the rest have the weight 0.
+struct SurfacePlace {
+  std::array<int32_t, 3> corner;
+  std::array<float, 3> weight;
+};
+
+// (N, C): vertex values (V, C) at the places, interpolated linearly.
+RowMatrix ValuesAt(const RowMatrix& rows, const std::vector<SurfacePlace>& places);
+
 struct SurfaceSamples {
-  Points points;                // (N, 3), in farthest-point order
-  NeighborTable one_ring;       // (N, R): samples whose cells touch, padded with the sample itself
-  std::vector<int32_t> vertex;  // (N) the vertex that each sample is; where it lies inside a triangle or on
-                                // an edge, the nearest of its corners
+  Points points;           // (N, 3), in farthest-point order
+  Points normals;          // (N, 3) unit, area-weighted over the faces; zero where no face has an area
+  SurfaceGraph graph;      // over the N samples: those whose cells touch, metres along the surface
+  NeighborTable one_ring;  // (N, R): samples whose cells touch, padded with the sample itself
+  std::vector<SurfacePlace> place;  // (N) where each sample lies on the mesh
   std::vector<int32_t> cell;  // (V) the sample nearest to each vertex along the surface; nearest in space on
                               // components without a sample, and for unreferenced vertices
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <queue>
+#include <tuple>
 
 namespace stance {
 
@@ -41,10 +42,12 @@ SurfaceGraph BuildSurfaceGraph(const Points& positions, const Faces& faces) {
   return graph;
 }
 
-std::vector<int32_t> NearestSeed(const SurfaceGraph& graph, const std::vector<int32_t>& seeds) {
+SeedCells NearestSeeds(const SurfaceGraph& graph, const std::vector<int32_t>& seeds) {
   const int64_t vertices = graph.vertex_count();
-  std::vector<int32_t> nearest(vertices, -1);
-  std::vector<float> distance(vertices, std::numeric_limits<float>::infinity());
+  SeedCells cells{std::vector<int32_t>(vertices, -1),
+                  std::vector<float>(vertices, std::numeric_limits<float>::infinity())};
+  std::vector<int32_t>& nearest = cells.seed;
+  std::vector<float>& distance = cells.distance;
   using Entry = std::pair<float, int32_t>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> frontier;
   for (size_t i = 0; i < seeds.size(); ++i) {
@@ -67,7 +70,32 @@ std::vector<int32_t> NearestSeed(const SurfaceGraph& graph, const std::vector<in
       }
     }
   }
-  return nearest;
+  return cells;
+}
+
+SurfaceGraph SeedGraph(const SurfaceGraph& graph, const SeedCells& cells, int64_t seed_count) {
+  std::vector<std::tuple<int32_t, int32_t, float>> edges;
+  for (int32_t v = 0; v < graph.vertex_count(); ++v) {
+    for (int32_t e = graph.start[v]; e < graph.start[v + 1]; ++e) {
+      const int32_t u = graph.column[e], a = cells.seed[v], b = cells.seed[u];
+      if (a < 0 || b < 0 || a == b) continue;
+      // Each edge of `graph` stands in both of its rows, so that both directions come out.
+      edges.emplace_back(a, b, cells.distance[v] + graph.length[e] + cells.distance[u]);
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  SurfaceGraph seeds;
+  seeds.start.assign(seed_count + 1, 0);
+  for (size_t i = 0; i < edges.size(); ++i) {
+    const auto& [a, b, length] = edges[i];
+    // Of several paths between the same two, the shortest comes first.
+    if (i > 0 && a == std::get<0>(edges[i - 1]) && b == std::get<1>(edges[i - 1])) continue;
+    ++seeds.start[a + 1];
+    seeds.column.push_back(b);
+    seeds.length.push_back(length);
+  }
+  for (int64_t s = 0; s < seed_count; ++s) seeds.start[s + 1] += seeds.start[s];
+  return seeds;
 }
 
 }  // namespace stance

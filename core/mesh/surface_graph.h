@@ -20,8 +20,19 @@ struct SurfaceGraph {
 
 SurfaceGraph BuildSurfaceGraph(const Points& positions, const Faces& faces);
 
-// Each vertex's nearest seed along edges (multi-source Dijkstra) as an index into `seeds`, -1 where none can
-// be reached: the geodesic Voronoi cells of the seeds.
-std::vector<int32_t> NearestSeed(const SurfaceGraph& graph, const std::vector<int32_t>& seeds);
+// The geodesic Voronoi cells of seeds.
+struct SeedCells {
+  std::vector<int32_t>
+      seed;  // (V) each vertex's nearest seed as an index into the seeds, -1 if none is reached
+  std::vector<float> distance;  // (V) metres along edges to it, infinite if none is reached
+};
+
+// Multi-source Dijkstra over the edges.
+SeedCells NearestSeeds(const SurfaceGraph& graph, const std::vector<int32_t>& seeds);
+
+// The seeds as the vertices of a graph of their own: an edge where two cells touch, as long as the shortest
+// path between their seeds that crosses the border once. Distances over it are those over `graph`, or a
+// little more where the shortest path crosses a third cell.
+SurfaceGraph SeedGraph(const SurfaceGraph& graph, const SeedCells& cells, int64_t seed_count);
 
 }  // namespace stance

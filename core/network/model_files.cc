@@ -44,7 +44,8 @@ absl::StatusOr<ModelManifest> ReadManifest(const std::filesystem::path& dir) {
   } catch (const json::exception& error) {
     return bad(error.what());
   }
-  if (result.method != "skeletal") return bad(fmt::format("method '{}' is unknown", result.method));
+  if (result.method != kSkeletalMethod && result.method != kStanceMethod)
+    return bad(fmt::format("method '{}' is unknown", result.method));
   if (result.samples < 64 || result.samples > 100'000)
     return bad(fmt::format("samples = {}", result.samples));
   if (result.max_ring < 1 || result.max_ring > 64) return bad(fmt::format("max_ring = {}", result.max_ring));

@@ -4,16 +4,16 @@
 #include <filesystem>
 
 #include "core/base/status.h"
+#include "core/network/model_manifest.h"
 #include "core/network/safetensors.h"
-#include "core/network/skeletal_model.h"
 
 namespace stance {
 
 // Prefixes of the two networks' tensors in the weights file.
 inline constexpr char kWeightNetworkPrefix[] = "f_c.";
 inline constexpr char kJointNetworkPrefix[] = "f_j.";
-
-absl::StatusOr<ModelManifest> ReadManifest(const std::filesystem::path& dir);
+// Of METHOD_STANCE's network.
+inline constexpr char kPoseNetworkPrefix[] = "pose.";
 
 // Reads the weights file that the manifest names; DATA_LOSS if its checksum differs.
 absl::StatusOr<TensorMap> ReadWeights(const std::filesystem::path& dir, const ModelManifest& manifest);

@@ -22,6 +22,10 @@ SkeletalModel::~SkeletalModel() = default;
 absl::StatusOr<std::unique_ptr<SkeletalModel>> SkeletalModel::Load(const std::filesystem::path& dir) {
   try {
     STANCE_ASSIGN_OR_RETURN(ModelManifest manifest, ReadManifest(dir));
+    if (manifest.method != kSkeletalMethod) {
+      return absl::InvalidArgumentError(fmt::format("{}: the model is of the method '{}', not '{}'",
+                                                    dir.string(), manifest.method, kSkeletalMethod));
+    }
     STANCE_ASSIGN_OR_RETURN(const TensorMap tensors, ReadWeights(dir, manifest));
     std::unique_ptr<SkeletalModel> model(new SkeletalModel);
     for (const auto& status : {LoadModule(*model->networks_->weights, kWeightNetworkPrefix, tensors),

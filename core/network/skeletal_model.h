@@ -8,20 +8,10 @@
 #include <vector>
 
 #include "core/base/status.h"
+#include "core/network/model_manifest.h"
 #include "core/network/network_input.h"
 
 namespace stance {
-
-// What models/<name>/manifest.json says.
-struct ModelManifest {
-  std::string name;
-  std::string version;
-  std::string method = "skeletal";
-  int64_t samples = 1024;  // surface samples per mesh that the networks were trained on
-  int max_ring = 12;
-  std::string weights = "weights.safetensors";  // file beside the manifest
-  std::string crc32;                            // of that file, eight hexadecimal digits
-};
 
 struct SkeletalPrediction {
   std::vector<int32_t> joint_of;  // (N) the joint each sample is bound to (paper A, equation 1)

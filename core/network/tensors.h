@@ -4,11 +4,13 @@
 
 #include <torch/torch.h>
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "core/network/network_input.h"
+#include "core/network/pyramid_input.h"
 
 namespace stance {
 
@@ -27,6 +29,23 @@ PointBatch StackInputs(std::span<const NetworkInput* const> inputs);
 
 // Fills `knn` of a batch that has its points.
 void AddSpatialNeighbors(PointBatch& batch);
+
+// B meshes as METHOD_STANCE's network sees them, each level stacked as above.
+struct PyramidBatch {
+  torch::Tensor points;   // (N, 3) float32, normalised
+  torch::Tensor normals;  // (N, 3) float32
+  // near[l] (rows of level l - 1, or N for l = 0; 16) int32, rows of level l.
+  std::array<torch::Tensor, kPyramidLevels> near;
+  // rows[l] int64: for each row of level l + 1, which row of level l it is.
+  std::array<torch::Tensor, kPyramidLevels - 1> rows;
+  std::array<std::vector<int64_t>, kPyramidLevels> offsets;  // B + 1 each
+
+  int64_t mesh_count() const { return static_cast<int64_t>(offsets[0].size()) - 1; }
+  PyramidBatch To(torch::Device device) const;
+};
+
+// Normalises each input (NormalizationOf) and stacks them.
+PyramidBatch StackPyramids(std::span<const PyramidInput* const> inputs);
 
 // The mesh that each row belongs to: (N) int64 on `device`.
 torch::Tensor MeshOfRow(const std::vector<int64_t>& offsets, torch::Device device);

@@ -1,12 +1,6 @@
 #include "core/training/sample_stream.h"
 
-#include <ATen/Parallel.h>
-
-#include <condition_variable>
 #include <cstring>
-#include <map>
-#include <mutex>
-#include <thread>
 
 namespace stance {
 namespace {
@@ -18,6 +12,19 @@ struct Sample {
 };
 
 Sample MakeSample(const CharacterGenerator& generator, const SampleOptions& options, int64_t index) {
+  const Character character = MakeTrainingCharacter(generator, options, index);
+  SurfaceSamples surface = ResampleSurface(character.mesh, {options.samples, options.max_ring});
+  Sample sample;
+  sample.joint_of = LabelsOfSamples(character, surface);
+  sample.joints = character.joints;
+  sample.input = {std::move(surface.points), std::move(surface.one_ring)};
+  return sample;
+}
+
+}  // namespace
+
+Character MakeTrainingCharacter(const CharacterGenerator& generator, const SampleOptions& options,
+                                int64_t index) {
   Random random(options.seed ^ 0x5a17'9d3fULL, static_cast<uint64_t>(index));
   CharacterOptions character_options;
   character_options.split = options.split;
@@ -29,23 +36,16 @@ Sample MakeSample(const CharacterGenerator& generator, const SampleOptions& opti
     const double noise[] = {0.0, 0.0, 0.002, 0.005, 0.015};
     character_options.noise = noise[random.Below(5)];
   }
-  const Character character = generator.Make(options.seed, index, character_options);
-  SurfaceSamples surface = ResampleSurface(character.mesh, {options.samples, options.max_ring});
-  Sample sample;
-  sample.joint_of = LabelsOfSamples(character, surface);
-  sample.joints = character.joints;
-  sample.input = {std::move(surface.points), std::move(surface.one_ring)};
-  return sample;
+  return generator.Make(options.seed, index, character_options);
 }
 
-}  // namespace
-
 std::vector<int32_t> LabelsOfSamples(const Character& character, const SurfaceSamples& samples) {
+  const RowMatrix weights = ValuesAt(character.weights, samples.place);
   std::vector<int32_t> labels;
-  labels.reserve(samples.vertex.size());
-  for (const int32_t v : samples.vertex) {
+  labels.reserve(samples.place.size());
+  for (Eigen::Index s = 0; s < weights.rows(); ++s) {
     Eigen::Index joint;
-    character.weights.row(v).maxCoeff(&joint);
+    weights.row(s).maxCoeff(&joint);
     labels.push_back(static_cast<int32_t>(joint));
   }
   return labels;
@@ -79,62 +79,6 @@ TrainingBatch MakeTrainingBatch(const CharacterGenerator& generator, const Sampl
     const Points joints = NormalizationOf(samples[i].input.points).Apply(samples[i].joints);
     std::memcpy(batch.joints[i].data_ptr<float>(), joints.data(), joints.size() * sizeof(float));
   }
-  return batch;
-}
-
-struct SampleStream::State {
-  const CharacterGenerator& generator;
-  const SampleOptions options;
-  const int64_t batch_size;
-  std::mutex mutex;
-  std::condition_variable changed;
-  int64_t next_to_make;                    // index of the first character of the next batch to make
-  int64_t next_to_give;                    // likewise, to give
-  std::map<int64_t, TrainingBatch> ready;  // by first index
-  bool stop = false;
-  std::vector<std::jthread> threads;
-};
-
-SampleStream::SampleStream(const CharacterGenerator& generator, const SampleOptions& options, int64_t first,
-                           int64_t batch_size, int threads)
-    : state_(new State{generator, options, batch_size, {}, {}, first, first, {}, false, {}}) {
-  for (int t = 0; t < threads; ++t) {
-    state_->threads.emplace_back([this, ahead = 3 * threads] {
-      at::set_num_threads(1);
-      State& s = *state_;
-      std::unique_lock lock(s.mutex);
-      while (true) {
-        s.changed.wait(lock,
-                       [&] { return s.stop || s.next_to_make < s.next_to_give + ahead * s.batch_size; });
-        if (s.stop) return;
-        const int64_t begin = s.next_to_make;
-        s.next_to_make += s.batch_size;
-        lock.unlock();
-        TrainingBatch batch = MakeTrainingBatch(s.generator, s.options, begin, s.batch_size);
-        lock.lock();
-        s.ready.emplace(begin, std::move(batch));
-        s.changed.notify_all();
-      }
-    });
-  }
-}
-
-SampleStream::~SampleStream() {
-  {
-    const std::lock_guard lock(state_->mutex);
-    state_->stop = true;
-  }
-  state_->changed.notify_all();
-  state_->threads.clear();  // joins
-}
-
-TrainingBatch SampleStream::Next() {
-  State& s = *state_;
-  std::unique_lock lock(s.mutex);
-  s.changed.wait(lock, [&] { return s.ready.contains(s.next_to_give); });
-  TrainingBatch batch = std::move(s.ready.extract(s.next_to_give).mapped());
-  s.next_to_give += s.batch_size;
-  s.changed.notify_all();
   return batch;
 }
 

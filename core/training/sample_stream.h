@@ -1,10 +1,9 @@
-// Training samples made ahead of time on threads of their own. Includes Torch.
+// Characters as paper A's networks see them in training. Includes Torch.
 #pragma once
 
 #include <torch/torch.h>
 
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "core/mesh/resample.h"
@@ -31,24 +30,15 @@ struct SampleOptions {
   bool augment = true;  // noise, per-limb scale, random resolution
 };
 
-// (N) the joint of the largest weight at each sample's vertex (SurfaceSamples::vertex).
+// The index-th character of the stream, posed, scaled and roughened as the options say.
+Character MakeTrainingCharacter(const CharacterGenerator& generator, const SampleOptions& options,
+                                int64_t index);
+
+// (N) the joint of the largest weight at each sample's place.
 std::vector<int32_t> LabelsOfSamples(const Character& character, const SurfaceSamples& samples);
 
 // The batch of characters first .. first + size - 1 of the stream: the same arguments give the same batch.
 TrainingBatch MakeTrainingBatch(const CharacterGenerator& generator, const SampleOptions& options,
                                 int64_t first, int64_t size);
-
-// Batches from `first` on, in order, made ahead by `threads` threads. Not thread-safe itself.
-class SampleStream {
- public:
-  SampleStream(const CharacterGenerator& generator, const SampleOptions& options, int64_t first,
-               int64_t batch_size, int threads);
-  ~SampleStream();
-  TrainingBatch Next();
-
- private:
-  struct State;
-  std::unique_ptr<State> state_;
-};
 
 }  // namespace stance

@@ -8,6 +8,7 @@
 
 #include "core/base/allocator.h"
 #include "core/mesh/mesh_io.h"
+#include "core/network/pose_model.h"
 #include "core/network/skeletal_model.h"
 #include "core/training/character_generator.h"
 #include "core/training/trainer.h"
@@ -58,6 +59,9 @@ int main(int argc, char** argv) {
   auto* init = app.add_subcommand("init", "Write an untrained model, for tests");
   init->add_option("-o,--out", out, "The model directory to write")->required();
   init->add_option("--seed", seed, "Seed of the random weights")->capture_default_str();
+  init->add_option("--method", manifest.method, "The method whose networks to write")
+      ->check(CLI::IsMember({stance::kSkeletalMethod, stance::kStanceMethod}))
+      ->capture_default_str();
   init->add_option("--samples", manifest.samples, "Surface samples per mesh")->capture_default_str();
 
   int64_t index = 0;
@@ -80,14 +84,15 @@ int main(int argc, char** argv) {
   std::string stage = "weights";
   auto* run = app.add_subcommand("run", "Run one training stage, or continue it");
   run->add_option("--data", data, "Pack written by 'stance-train pack'")->required();
-  run->add_option("--stage", stage, "weights (f_C), joints (f_J with true weights) or both")
+  run->add_option("--stage", stage,
+                  "weights (f_C), joints (f_J with true weights), both, or pose (METHOD_STANCE)")
       ->capture_default_str();
   run->add_option("--work", options.work_dir, "Folder for checkpoints, log and plot")->required();
   run->add_option("--seed", options.seed, "Seed of weights and samples")->capture_default_str();
   run->add_option("--points", options.samples_per_mesh, "Surface samples per mesh")->capture_default_str();
   run->add_option("--batch", batch, "Characters per step [8; stage both: 4]");
   run->add_option("--samples", options.total_samples, "Characters seen in all")->capture_default_str();
-  run->add_option("--lr", learning_rate, "Adam's learning rate at the start [1e-3; stage both: 2e-4]");
+  run->add_option("--lr", learning_rate, "Adam's learning rate at the start [1e-3; both: 2e-4; pose: 2e-3]");
   run->add_option("--final-lr", options.final_rate, "Fraction of it at the end of the cosine")
       ->capture_default_str();
   run->add_option("--loss-points", options.loss_points, "Points per mesh in f_C's loss")
@@ -98,12 +103,18 @@ int main(int argc, char** argv) {
   run->add_option("--device", options.device, "cpu or cuda")->capture_default_str();
   run->add_option("--max-hours", options.max_hours, "Stop, resumable, after this many hours");
 
-  std::string work, name = "skeletal-human24", version = "1";
+  std::string work;
+  stance::ModelManifest exported;
+  exported.name = "skeletal-human24";
+  exported.version = "1";
   auto* save = app.add_subcommand("export", "Write the newest checkpoints as a model");
   save->add_option("--work", work, "Folder of the training run")->required();
   save->add_option("-o,--out", out, "The model directory to write")->required();
-  save->add_option("--name", name, "The model's name")->capture_default_str();
-  save->add_option("--model-version", version, "The model's version")->capture_default_str();
+  save->add_option("--method", exported.method, "The method whose networks to write")
+      ->check(CLI::IsMember({stance::kSkeletalMethod, stance::kStanceMethod}))
+      ->capture_default_str();
+  save->add_option("--name", exported.name, "The model's name")->capture_default_str();
+  save->add_option("--model-version", exported.version, "The model's version")->capture_default_str();
 
   CLI11_PARSE(app, argc, argv);
 
@@ -111,8 +122,12 @@ int main(int argc, char** argv) {
     auto generator = CharacterGenerator::FromData(mpfb, bvh);
     return Finish(generator.ok() ? (*generator)->WritePack(out) : generator.status());
   }
-  if (*init) return Finish(stance::SkeletalModel::WriteUntrained(out, seed, manifest));
-  if (*save) return Finish(stance::ExportModel(work, out, name, version));
+  if (*init) {
+    return Finish(manifest.method == stance::kStanceMethod
+                      ? stance::PoseModel::WriteUntrained(out, seed, manifest)
+                      : stance::SkeletalModel::WriteUntrained(out, seed, manifest));
+  }
+  if (*save) return Finish(stance::ExportModel(work, out, exported));
   if (*character) {
     auto generator = CharacterGenerator::FromPack(data);
     return Finish(generator.ok() ? WriteCharacter(**generator, seed, index, vertices, mix, out)

@@ -1,19 +1,20 @@
 #include "core/training/trainer.h"
 
-#include <ATen/CPUGeneratorImpl.h>
 #include <ATen/Parallel.h>
 #include <fmt/format.h>
 
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <optional>
 
 #include "core/network/model_files.h"
+#include "core/network/pose_network.h"
 #include "core/network/skeletal_networks.h"
 #include "core/training/checkpoint.h"
-#include "core/training/sample_stream.h"
+#include "core/training/learner.h"
 #include "core/training/training_log.h"
 
 namespace stance {
@@ -21,7 +22,6 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 using SteadyClock = std::chrono::steady_clock;
-using Modules = std::vector<std::pair<std::string, std::shared_ptr<torch::nn::Module>>>;
 
 std::filesystem::path CheckpointPath(const std::filesystem::path& dir, TrainingStage stage) {
   return dir / (TrainingStageName(stage) + ".ckpt");
@@ -32,77 +32,6 @@ double CosineRate(const TrainingOptions& options, int64_t seen) {
   const double cosine = 0.5 * (1 + std::cos(std::numbers::pi * done));
   return options.learning_rate * (options.final_rate + (1 - options.final_rate) * cosine);
 }
-
-// `count` random rows of each mesh. Drawn from `seed` alone, so that a resumed run repeats what an unbroken
-// one would have done.
-torch::Tensor RandomRows(const std::vector<int64_t>& offsets, int64_t count, uint64_t seed) {
-  auto generator = at::detail::createCPUGenerator(seed);
-  std::vector<torch::Tensor> rows;
-  for (size_t mesh = 0; mesh + 1 < offsets.size(); ++mesh) {
-    const int64_t size = offsets[mesh + 1] - offsets[mesh];
-    rows.push_back(torch::randperm(size, generator, torch::kInt64).slice(0, 0, std::min(count, size)) +
-                   offsets[mesh]);
-  }
-  return torch::cat(rows);
-}
-
-struct Step {
-  torch::Tensor loss;
-  double accuracy = 0;
-  double joint_mm = 0;
-};
-
-class Stage {
- public:
-  Stage(TrainingStage stage, const TrainingOptions& options) : stage_(stage), options_(options) {}
-
-  Modules modules() const {
-    Modules modules;
-    if (stage_ != TrainingStage::kJoints) modules.emplace_back("f_c", weights_.ptr());
-    if (stage_ != TrainingStage::kWeights) modules.emplace_back("f_j", joints_.ptr());
-    return modules;
-  }
-
-  Step Forward(const TrainingBatch& batch, int64_t seen) {
-    Step step;
-    torch::Tensor rigid;
-    if (stage_ != TrainingStage::kJoints) {
-      // f_J needs a label for every point, f_C's loss only for some.
-      torch::Tensor logits, target;
-      if (stage_ == TrainingStage::kBoth) {
-        logits = weights_(batch.input);
-        target = batch.joint_of;
-        rigid = RigidWeights(logits.detach());
-      } else {
-        const auto rows =
-            RandomRows(batch.input.offsets, options_.loss_points, options_.seed + static_cast<uint64_t>(seen))
-                .to(batch.joint_of.device());
-        logits = weights_->ForwardRows(batch.input, rows);
-        target = batch.joint_of.index_select(0, rows);
-      }
-      step.loss = torch::nn::functional::cross_entropy(logits, target);  // equation 5
-      step.accuracy = (logits.argmax(1) == target).to(torch::kFloat32).mean().item<double>();
-    }
-    if (stage_ != TrainingStage::kWeights) {
-      if (!rigid.defined()) rigid = torch::one_hot(batch.joint_of, kHumanJoints).to(torch::kFloat32);
-      const auto difference = joints_(batch.input, rigid) - batch.joints;
-      const auto loss = difference.square().sum(2).mean();  // equation 6, per joint
-      step.joint_mm = difference.norm(2, 2).mean().item<double>() * kMillimetresPerUnit;
-      // In "both" the weights keep most of the gradient's size: joints are 100 times smaller numbers.
-      step.loss = step.loss.defined() ? step.loss + 100 * loss : loss;
-    }
-    return step;
-  }
-
- private:
-  // A 1.7 m character standing with its arms down has a bounding-box diagonal of about 1.8 m.
-  static constexpr double kMillimetresPerUnit = 1800;
-
-  TrainingStage stage_;
-  const TrainingOptions& options_;
-  WeightNetwork weights_;
-  JointNetwork joints_;
-};
 
 // Refuses a checkpoint that saw other meshes than `expected` says: its networks would see what they never
 // learned.
@@ -118,7 +47,7 @@ absl::Status CheckSameSamples(const std::filesystem::path& checkpoint, const Tra
 
 // Loads the checkpoints of the first two stages into `modules` ("f_c", "f_j"), which both must have seen the
 // same meshes; returns the second's progress.
-absl::StatusOr<TrainingProgress> LoadStages(const std::filesystem::path& dir, const Modules& modules,
+absl::StatusOr<TrainingProgress> LoadStages(const std::filesystem::path& dir, const NamedModules& modules,
                                             torch::Device device) {
   std::optional<TrainingProgress> progress;
   for (const TrainingStage stage : {TrainingStage::kWeights, TrainingStage::kJoints}) {
@@ -185,18 +114,20 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
   if (error)
     return absl::PermissionDeniedError(fmt::format("{}: {}", options.work_dir.string(), error.message()));
 
-  Stage stage(options.stage, options);
-  const Modules modules = stage.modules();
+  const std::unique_ptr<Learner> learner = options.stage == TrainingStage::kPose
+                                               ? MakePoseLearner(generator, options)
+                                               : MakeSkeletalLearner(generator, options);
+  const NamedModules modules = learner->modules();
   std::vector<torch::Tensor> parameters;
   for (const auto& [name, module] : modules) {
     module->to(device);
     module->train();
     for (const auto& parameter : module->parameters()) parameters.push_back(parameter);
   }
-  torch::optim::Adam optimizer(parameters, torch::optim::AdamOptions(options.learning_rate));
+  const auto optimizer = learner->MakeOptimizer(parameters, options.learning_rate);
   const auto checkpoint = CheckpointPath(options.work_dir, options.stage);
   TrainingProgress progress{0, options.samples_per_mesh, options.max_ring, 0};
-  if (auto resumed = LoadCheckpoint(checkpoint, modules, &optimizer, device); resumed.ok()) {
+  if (auto resumed = LoadCheckpoint(checkpoint, modules, optimizer.get(), device); resumed.ok()) {
     STANCE_RETURN_IF_ERROR(CheckSameSamples(checkpoint, *resumed, progress));
     progress = *resumed;
     report(fmt::format("resuming {} at {} characters", TrainingStageName(options.stage), progress.seen));
@@ -208,10 +139,7 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
         CheckSameSamples(CheckpointPath(options.work_dir, TrainingStage::kJoints), stages, progress));
   }
 
-  // Each stage sees its own characters.
-  SampleOptions samples{options.seed * 3 + static_cast<uint64_t>(options.stage), options.samples_per_mesh,
-                        options.max_ring};
-  SampleStream stream(generator, samples, progress.seen, options.batch_size, options.generator_threads);
+  learner->Start(progress.seen);
   const auto csv = options.work_dir / (TrainingStageName(options.stage) + ".csv");
   const auto begin = SteadyClock::now();
   const double seconds_before = progress.seconds;
@@ -221,12 +149,9 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
   int64_t steps = 0;
   while (progress.seen < options.total_samples) {
     const double rate = CosineRate(options, progress.seen);
-    for (auto& group : optimizer.param_groups()) {
-      static_cast<torch::optim::AdamOptions&>(group.options()).lr(rate);
-    }
-    const TrainingBatch batch = stream.Next().To(device);
-    const Step step = stage.Forward(batch, progress.seen);
-    optimizer.zero_grad();
+    for (auto& group : optimizer->param_groups()) group.options().set_lr(rate);
+    const TrainingStep step = learner->Next(progress.seen);
+    optimizer->zero_grad();
     step.loss.backward();
     const double gradient = torch::nn::utils::clip_grad_norm_(parameters, 2.0);
     const auto loss = step.loss.item<double>();
@@ -237,12 +162,13 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
                       "rate than {} may help; the last checkpoint is kept",
                       TrainingStageName(options.stage), progress.seen, loss, gradient, rate));
     }
-    optimizer.step();
+    optimizer->step();
     progress.seen += options.batch_size;
     ++steps;
     sums.loss += loss;
     sums.accuracy += step.accuracy;
     sums.joint_mm += step.joint_mm;
+    sums.degrees += step.degrees;
 
     const auto now = SteadyClock::now();
     const double elapsed = Seconds(now - begin).count();
@@ -251,15 +177,20 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
     const bool last = out_of_time || progress.seen >= options.total_samples;
     if (last || Seconds(now - last_report).count() > 15) {
       last_report = now;
-      const LogRow row{static_cast<double>(progress.seen),         progress.seconds,
-                       sums.loss / static_cast<double>(steps),     sums.accuracy / static_cast<double>(steps),
-                       sums.joint_mm / static_cast<double>(steps), rate};
+      const LogRow row{static_cast<double>(progress.seen),
+                       progress.seconds,
+                       sums.loss / static_cast<double>(steps),
+                       sums.accuracy / static_cast<double>(steps),
+                       sums.joint_mm / static_cast<double>(steps),
+                       sums.degrees / static_cast<double>(steps),
+                       rate};
       const double speed = static_cast<double>(progress.seen - seen_before) / elapsed;
       report(fmt::format(
-          "{} {}/{}  loss {:.5f}  accuracy {:.4f}  joints {:.1f} mm  lr {:.2e}  {:.1f} samples/s  "
+          "{} {}/{}  loss {:.5f}  accuracy {:.4f}  joints {:.1f} mm  rotations {:.1f} deg  lr {:.2e}  "
+          "{:.1f} samples/s  "
           "ETA {:.0f} min",
           TrainingStageName(options.stage), progress.seen, options.total_samples, row.loss, row.accuracy,
-          row.joint_mm, rate, speed,
+          row.joint_mm, row.degrees, rate, speed,
           static_cast<double>(options.total_samples - progress.seen) / speed / 60));
       STANCE_RETURN_IF_ERROR(AppendLog(csv, row));
       sums = {};
@@ -267,7 +198,7 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
     }
     if (last || Seconds(now - last_checkpoint).count() > options.checkpoint_minutes * 60) {
       last_checkpoint = now;
-      STANCE_RETURN_IF_ERROR(SaveCheckpoint(checkpoint, modules, &optimizer, progress));
+      STANCE_RETURN_IF_ERROR(SaveCheckpoint(checkpoint, modules, optimizer.get(), progress));
       STANCE_ASSIGN_OR_RETURN(const auto rows, ReadLog(csv));
       auto svg = csv;
       STANCE_RETURN_IF_ERROR(WriteLossPlot(rows, "loss, stage " + TrainingStageName(options.stage),
@@ -281,10 +212,11 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
 }  // namespace
 
 absl::StatusOr<TrainingStage> TrainingStageFromName(const std::string& name) {
-  for (const auto stage : {TrainingStage::kWeights, TrainingStage::kJoints, TrainingStage::kBoth}) {
+  for (const auto stage :
+       {TrainingStage::kWeights, TrainingStage::kJoints, TrainingStage::kBoth, TrainingStage::kPose}) {
     if (name == TrainingStageName(stage)) return stage;
   }
-  return absl::InvalidArgumentError(fmt::format("stage '{}' is none of weights, joints, both", name));
+  return absl::InvalidArgumentError(fmt::format("stage '{}' is none of weights, joints, both, pose", name));
 }
 
 std::string TrainingStageName(TrainingStage stage) {
@@ -295,6 +227,8 @@ std::string TrainingStageName(TrainingStage stage) {
       return "joints";
     case TrainingStage::kBoth:
       return "both";
+    case TrainingStage::kPose:
+      return "pose";
   }
   return "";
 }
@@ -305,6 +239,8 @@ TrainingOptions DefaultTrainingOptions(TrainingStage stage) {
   if (stage == TrainingStage::kBoth) {
     options.batch_size = 4;
     options.learning_rate = 2e-4;
+  } else if (stage == TrainingStage::kPose) {
+    options.learning_rate = 2e-3;
   }
   return options;
 }
@@ -320,18 +256,27 @@ absl::Status Train(const CharacterGenerator& generator, const TrainingOptions& o
 }
 
 absl::Status ExportModel(const std::filesystem::path& work_dir, const std::filesystem::path& model_dir,
-                         const std::string& name, const std::string& version) {
-  WeightNetwork weights;
-  JointNetwork joints;
-  const Modules both = {{"f_c", weights.ptr()}, {"f_j", joints.ptr()}};
-  auto progress = LoadCheckpoint(CheckpointPath(work_dir, TrainingStage::kBoth), both, nullptr, torch::kCPU);
-  if (absl::IsNotFound(progress.status())) progress = LoadStages(work_dir, both, torch::kCPU);
+                         ModelManifest manifest) {
+  TensorMap tensors;
+  absl::StatusOr<TrainingProgress> progress;
+  if (manifest.method == kStanceMethod) {
+    PoseNetwork pose;
+    const auto path = CheckpointPath(work_dir, TrainingStage::kPose);
+    progress = LoadCheckpoint(path, {{"pose", pose.ptr()}}, nullptr, torch::kCPU);
+    if (absl::IsNotFound(progress.status())) {
+      return absl::FailedPreconditionError(fmt::format("{}: no checkpoint of stage 'pose'", path.string()));
+    }
+    tensors = ModuleTensors(*pose, kPoseNetworkPrefix, /*half=*/true);
+  } else {
+    WeightNetwork weights;
+    JointNetwork joints;
+    const NamedModules both = {{"f_c", weights.ptr()}, {"f_j", joints.ptr()}};
+    progress = LoadCheckpoint(CheckpointPath(work_dir, TrainingStage::kBoth), both, nullptr, torch::kCPU);
+    if (absl::IsNotFound(progress.status())) progress = LoadStages(work_dir, both, torch::kCPU);
+    tensors = ModuleTensors(*weights, kWeightNetworkPrefix, /*half=*/true);
+    tensors.merge(ModuleTensors(*joints, kJointNetworkPrefix, /*half=*/true));
+  }
   if (!progress.ok()) return progress.status();
-  TensorMap tensors = ModuleTensors(*weights, kWeightNetworkPrefix, /*half=*/true);
-  tensors.merge(ModuleTensors(*joints, kJointNetworkPrefix, /*half=*/true));
-  ModelManifest manifest;
-  manifest.name = name;
-  manifest.version = version;
   manifest.samples = progress->samples_per_mesh;
   manifest.max_ring = static_cast<int>(progress->max_ring);
   return WriteModel(model_dir, manifest, tensors);

@@ -1,4 +1,5 @@
-// Trains paper A's networks in its three stages (section 3.1.4): f_C, f_J with true weights, then both.
+// Trains paper A's networks in its three stages (section 3.1.4): f_C, f_J with true weights, then both; and
+// the network of METHOD_STANCE in one.
 #pragma once
 
 #include <cstdint>
@@ -7,13 +8,20 @@
 #include <string>
 
 #include "core/base/status.h"
+#include "core/network/model_manifest.h"
 #include "core/training/character_generator.h"
 
 namespace stance {
 
-enum class TrainingStage { kWeights, kJoints, kBoth };
+enum class TrainingStage {
+  kWeights,  // f_C
+  kJoints,   // f_J with true weights
+  kBoth,     // f_J on f_C's own output
+  kPose,     // the network of METHOD_STANCE
+};
 
-absl::StatusOr<TrainingStage> TrainingStageFromName(const std::string& name);  // "weights", "joints", "both"
+absl::StatusOr<TrainingStage> TrainingStageFromName(
+    const std::string& name);  // "weights", "joints", "both", "pose"
 std::string TrainingStageName(TrainingStage stage);
 
 struct TrainingOptions {
@@ -49,9 +57,11 @@ TrainingOptions DefaultTrainingOptions(TrainingStage stage);
 absl::Status Train(const CharacterGenerator& generator, const TrainingOptions& options,
                    const std::function<void(const std::string&)>& report);
 
-// Writes the networks of the newest checkpoints (stage "both", else the other two) as a model directory.
-// FAILED_PRECONDITION if there are none, or if the two were trained on different samples.
+// Writes the networks of the newest checkpoints (of kSkeletalMethod those of stage "both", else of the other
+// two; of kStanceMethod those of stage "pose") as a model directory: manifest.name, version and method say
+// which, the rest of the manifest is filled in. FAILED_PRECONDITION if there are none, or if the two were
+// trained on different samples.
 absl::Status ExportModel(const std::filesystem::path& work_dir, const std::filesystem::path& model_dir,
-                         const std::string& name, const std::string& version);
+                         ModelManifest manifest);
 
 }  // namespace stance

@@ -15,9 +15,9 @@ namespace stance {
 absl::Status AppendLog(const std::filesystem::path& csv, const LogRow& row) {
   const bool fresh = !std::filesystem::exists(csv);
   std::ofstream out(csv, std::ios::app);
-  if (fresh) out << "seen,seconds,loss,accuracy,joint_mm,learning_rate\n";
-  out << fmt::format("{},{:.1f},{:.6g},{:.5f},{:.3f},{:.3e}\n", row.seen, row.seconds, row.loss, row.accuracy,
-                     row.joint_mm, row.learning_rate);
+  if (fresh) out << "seen,seconds,loss,accuracy,joint_mm,degrees,learning_rate\n";
+  out << fmt::format("{},{:.1f},{:.6g},{:.5f},{:.3f},{:.3f},{:.3e}\n", row.seen, row.seconds, row.loss,
+                     row.accuracy, row.joint_mm, row.degrees, row.learning_rate);
   out.close();
   if (!out) return absl::UnavailableError(fmt::format("{}: could not append", csv.string()));
   return absl::OkStatus();
@@ -31,8 +31,8 @@ absl::StatusOr<std::vector<LogRow>> ReadLog(const std::filesystem::path& csv) {
   std::vector<LogRow> rows;
   while (std::getline(lines, line)) {
     LogRow row;
-    if (std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf", &row.seen, &row.seconds, &row.loss,
-                    &row.accuracy, &row.joint_mm, &row.learning_rate) != 6) {
+    if (std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf,%lf", &row.seen, &row.seconds, &row.loss,
+                    &row.accuracy, &row.joint_mm, &row.degrees, &row.learning_rate) != 7) {
       return absl::DataLossError(
           fmt::format("{}: row {} is malformed: '{}'", csv.string(), rows.size() + 2, line));
     }

@@ -4,18 +4,21 @@
 #include <unistd.h>
 
 #include "core/base/check.h"
+#include "core/network/pose_model.h"
 #include "core/network/skeletal_model.h"
 
 namespace stance::testing {
 
-UntrainedModel::UntrainedModel(int64_t samples, uint64_t seed)
+UntrainedModel::UntrainedModel(int64_t samples, uint64_t seed, const std::string& method)
     : dir_(std::filesystem::temp_directory_path() /
-           fmt::format("stance_untrained_{}_{}_{}", getpid(), samples, seed)) {
+           fmt::format("stance_untrained_{}_{}_{}_{}", getpid(), method, samples, seed)) {
   ModelManifest manifest;
   manifest.name = "untrained";
   manifest.version = "test";
   manifest.samples = samples;
-  STANCE_CHECK(SkeletalModel::WriteUntrained(dir_, seed, manifest).ok());
+  const absl::Status written = method == kStanceMethod ? PoseModel::WriteUntrained(dir_, seed, manifest)
+                                                       : SkeletalModel::WriteUntrained(dir_, seed, manifest);
+  STANCE_CHECK(written.ok());
 }
 
 UntrainedModel::~UntrainedModel() {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 namespace stance::testing {
 
@@ -10,7 +11,7 @@ namespace stance::testing {
 // written.
 class UntrainedModel {
  public:
-  explicit UntrainedModel(int64_t samples, uint64_t seed = 2);
+  explicit UntrainedModel(int64_t samples, uint64_t seed = 2, const std::string& method = "skeletal");
   ~UntrainedModel();
   UntrainedModel(const UntrainedModel&) = delete;
   UntrainedModel& operator=(const UntrainedModel&) = delete;

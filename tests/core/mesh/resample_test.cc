@@ -176,25 +176,23 @@ TEST(ResampleSurface, IgnoresVerticesWithoutAFace) {
   EXPECT_EQ(ResampleSurface(mesh, {256, 12}).points, ResampleSurface(sphere, {256, 12}).points);
 }
 
-TEST(ResampleSurface, EachSampleNamesAVertexOfItsTriangle) {
-  // On the box, samples lie on split edges and inside triangles: no corner of one is farther than its
-  // diagonal.
-  const TriangleMesh box = testing::Box(1, 1, 1);
-  const SurfaceSamples split = ResampleSurface(box, {300, 12});
-  ASSERT_EQ(split.vertex.size(), 300u);
-  for (size_t s = 0; s < split.vertex.size(); ++s) {
-    const auto row = static_cast<int64_t>(s);
-    const float named = (box.positions.row(split.vertex[s]) - split.points.row(row)).norm();
-    const float nearest = (box.positions.rowwise() - split.points.row(row)).rowwise().norm().minCoeff();
-    EXPECT_LE(named, 0.5f * std::sqrt(2.0f) + 1e-5f);
-    EXPECT_NEAR(named, nearest, 1e-5f) << s;
+TEST(ResampleSurface, PlacesSayWhereTheSamplesLie) {
+  for (const TriangleMesh& mesh : {testing::Box(1, 2, 3), testing::Icosphere(1), testing::Icosphere(6),
+                                   testing::Fan(5), testing::WithDegenerateFaces()}) {
+    const SurfaceSamples samples = ResampleSurface(mesh, {300, 12});
+    ASSERT_EQ(std::ssize(samples.place), samples.points.rows());
+    EXPECT_LT((ValuesAt(mesh.positions, samples.place) - samples.points).cwiseAbs().maxCoeff(), 1e-5f);
+    for (const SurfacePlace& place : samples.place) {
+      EXPECT_NEAR(place.weight[0] + place.weight[1] + place.weight[2], 1, 1e-6f);
+      for (int i = 0; i < 3; ++i) EXPECT_GE(place.weight[i], 0);
+    }
   }
-  // On a dense mesh they are vertices.
-  const TriangleMesh sphere = testing::Icosphere(6);
-  const SurfaceSamples dense = ResampleSurface(sphere, {256, 12});
-  for (size_t s = 0; s < dense.vertex.size(); ++s) {
-    EXPECT_EQ(sphere.positions.row(dense.vertex[s]), dense.points.row(static_cast<int64_t>(s)));
-  }
+}
+
+TEST(ResampleSurface, NormalsPointOutwardsOnASphere) {
+  const SurfaceSamples samples = ResampleSurface(testing::Icosphere(4), {256, 12});
+  EXPECT_GT(samples.points.cwiseProduct(samples.normals).rowwise().sum().minCoeff(), 0.99f);
+  EXPECT_NEAR(samples.normals.rowwise().norm().minCoeff(), 1, 1e-5f);
 }
 
 }  // namespace

@@ -6,7 +6,10 @@
 
 #include "core/base/files.h"
 #include "core/network/model_files.h"
+#include "core/network/pose_model.h"
 #include "core/network/skeletal_model.h"
+#include "core/training/batch_stream.h"
+#include "core/training/pose_samples.h"
 #include "core/training/sample_stream.h"
 #include "core/training/training_log.h"
 #include "tests/core/training/small_data.h"
@@ -49,9 +52,18 @@ class TrainerTest : public ::testing::Test {
   std::string report_;
 };
 
+ModelManifest Manifest(const char* name, const char* version, const char* method = kSkeletalMethod) {
+  ModelManifest manifest;
+  manifest.name = name;
+  manifest.version = version;
+  manifest.method = method;
+  return manifest;
+}
+
 TEST_F(TrainerTest, BatchesDependOnSeedAndIndexAlone) {
   const SampleOptions options{3, 96, 12};
-  SampleStream stream(*generator_, options, 8, 4, 2);
+  BatchStream<TrainingBatch> stream(
+      [&](int64_t first) { return MakeTrainingBatch(*generator_, options, first, 4); }, 8, 4, 2);
   for (int64_t first = 8; first < 24; first += 4) {
     const TrainingBatch streamed = stream.Next(), made = MakeTrainingBatch(*generator_, options, first, 4);
     EXPECT_TRUE(streamed.input.points.equal(made.input.points));
@@ -87,11 +99,47 @@ TEST_F(TrainerTest, TheThreeStagesRunLearnAndExport) {
   EXPECT_NE((*ReadFile(work_.path() / "run" / "joints.svg")).find("<polyline"), std::string::npos);
 
   const auto model_dir = work_.path() / "model";
-  ASSERT_TRUE(ExportModel(work_.path() / "run", model_dir, "tiny", "7").ok());
+  ASSERT_TRUE(ExportModel(work_.path() / "run", model_dir, Manifest("tiny", "7")).ok());
   const auto model = SkeletalModel::Load(model_dir);
   ASSERT_TRUE(model.ok()) << model.status();
   EXPECT_EQ((*model)->manifest().samples, 96);
   EXPECT_EQ((*model)->manifest().version, "7");
+}
+
+TEST_F(TrainerTest, TheStagePoseLearns) {
+  TrainingOptions options = Options(TrainingStage::kPose, "pose", 320);
+  options.batch_size = 8;
+  options.learning_rate = 2e-3;
+  ASSERT_TRUE(Run(options).ok());
+  const auto log = ReadLog(work_.path() / "pose" / "pose.csv");
+  ASSERT_TRUE(log.ok());
+  ASSERT_FALSE(log->empty());
+  EXPECT_GT(log->back().accuracy, 0.15);  // guessing gives 0.04
+  EXPECT_GT(log->back().degrees, 0);
+  EXPECT_LT(log->back().degrees, 120);  // random rotations are 126 degrees apart
+
+  const auto dir = work_.path() / "model";
+  ASSERT_TRUE(ExportModel(options.work_dir, dir, Manifest("tiny", "3", kStanceMethod)).ok());
+  const auto model = PoseModel::Load(dir);
+  ASSERT_TRUE(model.ok()) << model.status();
+  EXPECT_EQ((*model)->manifest().samples, 96);
+  EXPECT_EQ((*model)->manifest().version, "3");
+  EXPECT_EQ(SkeletalModel::Load(dir).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(ExportModel(work_.path() / "none", dir, Manifest("tiny", "3", kStanceMethod)).code(),
+            absl::StatusCode::kFailedPrecondition);
+}
+
+TEST_F(TrainerTest, PoseBatchesHoldTheTruth) {
+  const SampleOptions options{5, 96, 12};
+  const PoseBatch batch = MakePoseBatch(*generator_, options, 3, 4);
+  EXPECT_EQ(batch.weights.sizes(), (std::vector<int64_t>{4 * 96, 24}));
+  EXPECT_LT((batch.weights.sum(1) - 1).abs().max().item<float>(), 1e-4f);
+  EXPECT_LE(batch.canonical.abs().max().item<float>(), 1.0f);
+  const auto identity = torch::matmul(batch.rotations, batch.rotations.transpose(2, 3)) - torch::eye(3);
+  EXPECT_LT(identity.abs().max().item<float>(), 1e-4f);
+  // The same characters as paper A's networks see.
+  EXPECT_TRUE(batch.joints.equal(MakeTrainingBatch(*generator_, options, 3, 4).joints));
+  EXPECT_TRUE(batch.input.points.equal(MakePoseBatch(*generator_, options, 3, 4).input.points));
 }
 
 TEST_F(TrainerTest, AResumedRunEqualsAnUnbrokenOne) {
@@ -110,7 +158,7 @@ TEST_F(TrainerTest, AResumedRunEqualsAnUnbrokenOne) {
   TensorMap tensors[2];
   for (const int i : {0, 1}) {
     const auto dir = work_.path() / ("model" + std::to_string(i));
-    ASSERT_TRUE(ExportModel(i == 0 ? whole.work_dir : broken.work_dir, dir, "tiny", "1").ok());
+    ASSERT_TRUE(ExportModel(i == 0 ? whole.work_dir : broken.work_dir, dir, Manifest("tiny", "1")).ok());
     tensors[i] = *ReadWeights(dir, *ReadManifest(dir));
   }
   for (const auto& [name, tensor] : tensors[0]) EXPECT_TRUE(tensor.equal(tensors[1][name])) << name;
@@ -122,7 +170,7 @@ TEST_F(TrainerTest, RefusesWhatItCannotDo) {
   tiny.samples_per_mesh = 10;
   EXPECT_EQ(Run(tiny).code(), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(TrainingStageFromName("dreams").status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_FALSE(ExportModel(work_.path() / "nothing", work_.path() / "model", "x", "1").ok());
+  EXPECT_FALSE(ExportModel(work_.path() / "nothing", work_.path() / "model", Manifest("x", "1")).ok());
 }
 
 TEST_F(TrainerTest, NamesTheOptionThatIsOutOfRange) {
@@ -163,7 +211,7 @@ TEST_F(TrainerTest, RefusesCheckpointsOfOtherSamples) {
   const absl::Status status = Run(more);
   EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_NE(std::string(status.message()).find("96 samples per mesh"), std::string::npos) << status;
-  EXPECT_EQ(ExportModel(work_.path() / "mixed", work_.path() / "model", "x", "1").code(),
+  EXPECT_EQ(ExportModel(work_.path() / "mixed", work_.path() / "model", Manifest("x", "1")).code(),
             absl::StatusCode::kFailedPrecondition);
 }
 
@@ -175,14 +223,16 @@ TEST_F(TrainerTest, ALossThatIsNotFiniteStopsTheStage) {
   EXPECT_NE(std::string(status.message()).find("not finite"), std::string::npos) << status;
 }
 
-TEST_F(TrainerTest, ASampleHasTheLabelOfItsVertex) {
+TEST_F(TrainerTest, ASampleHasTheLabelOfItsPlace) {
   const Character character = generator_->Make(1, 0, {});
   const SurfaceSamples samples = ResampleSurface(character.mesh, {96, 12});
   const std::vector<int32_t> labels = LabelsOfSamples(character, samples);
-  ASSERT_EQ(labels.size(), samples.vertex.size());
+  ASSERT_EQ(std::ssize(labels), samples.points.rows());
   for (size_t s = 0; s < labels.size(); ++s) {
-    const auto weights = character.weights.row(samples.vertex[s]);
-    EXPECT_EQ(weights[labels[s]], weights.maxCoeff());
+    const SurfacePlace& place = samples.place[s];
+    Eigen::RowVectorXf weights = Eigen::RowVectorXf::Zero(kHumanJoints);
+    for (int i = 0; i < 3; ++i) weights += place.weight[i] * character.weights.row(place.corner[i]);
+    EXPECT_NEAR(weights[labels[s]], weights.maxCoeff(), 1e-6f);
   }
 }
 

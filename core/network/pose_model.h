@@ -1,0 +1,50 @@
+// A trained network of METHOD_STANCE, loaded and ready: the wall between Torch and the rest of Stance.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/base/status.h"
+#include "core/network/model_manifest.h"
+#include "core/network/pyramid_input.h"
+#include "core/skeleton/kinematics.h"
+
+namespace stance {
+
+struct PoseEstimate {
+  RowMatrix weights;  // (N, 24) of the samples, rows sum to 1
+  Points canonical;   // (N, 3) of the samples, on the neutral body at rest (training/character.h)
+  Points joints;      // (24, 3) in the input's unit and frame
+  std::vector<Rotation> rotations;  // (24) global, from the rest pose
+  Eigen::VectorXf confidence;  // (24) probability that a rotation is within 15 degrees and its joint within
+                               // 3 cm of the truth on a character of 1.7 m
+};
+
+// Thread-safe: Infer may run on several threads at once.
+class PoseModel {
+ public:
+  // NOT_FOUND, INVALID_ARGUMENT or DATA_LOSS with the path.
+  static absl::StatusOr<std::unique_ptr<PoseModel>> Load(const std::filesystem::path& dir);
+
+  // An untrained model (random weights from `seed`), written as a loadable directory.
+  static absl::Status WriteUntrained(const std::filesystem::path& dir, uint64_t seed, ModelManifest manifest);
+
+  ~PoseModel();
+
+  const ModelManifest& manifest() const { return manifest_; }
+  int64_t parameter_count() const;
+
+  // One estimate per input, in order, of any sizes; each is the same as if it were alone. Uses up to
+  // `threads` threads. INTERNAL if Torch fails, with its words.
+  absl::StatusOr<std::vector<PoseEstimate>> Infer(std::span<const PyramidInput> inputs, int threads) const;
+
+ private:
+  struct Networks;
+  PoseModel();
+  ModelManifest manifest_;
+  std::unique_ptr<Networks> networks_;
+};
+
+}  // namespace stance

@@ -1,0 +1,30 @@
+// What METHOD_STANCE's network sees of a mesh: samples on three levels with neighbourhoods along the surface.
+// Free of Torch.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/base/types.h"
+#include "core/mesh/resample.h"
+
+namespace stance {
+
+inline constexpr int kPyramidLevels = 3;
+inline constexpr int kPyramidNeighbors = 16;  // the row itself included
+
+// N samples in farthest-point order. Level l is the first RowsOfLevel(N, l) of them: evenly spread, too.
+struct PyramidInput {
+  Points points;   // (N, 3) in the mesh's unit; the network normalises them
+  Points normals;  // (N, 3) unit, or zero where the surface has none
+  // near[l] (rows, 16): for each row of level l - 1 (of level 0, for l = 0) its nearest of level l along the
+  // surface, nearest first (geodesic_neighbors.h).
+  std::array<NeighborTable, kPyramidLevels> near;
+};
+
+// N, N / 4 and N / 16, rounded up.
+int64_t RowsOfLevel(int64_t samples, int level);
+
+PyramidInput MakePyramidInput(const SurfaceSamples& samples, int threads);
+
+}  // namespace stance
