@@ -292,6 +292,8 @@ v1::Method MethodToWire(Method method) {
   switch (method) {
     case Method::kSkeletal:
       return v1::METHOD_SKELETAL;
+    case Method::kStance:
+      return v1::METHOD_STANCE;
   }
   return v1::METHOD_UNSPECIFIED;
 }

@@ -1,15 +1,14 @@
 #include "core/transfer/diffusion_smoother.h"
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 
 #include "core/mesh/laplacian.h"
 #include "core/mesh/measure.h"
+#include "core/transfer/weight_solve.h"
 
 namespace stance {
 
-absl::StatusOr<RowMatrix> DiffusionSmoother::Smooth(const TriangleMesh& mesh,
-                                                    const RowMatrix& weights) const {
+absl::StatusOr<RowMatrix> DiffusionSmoother::Smooth(const TriangleMesh& mesh, const Rig& rig) const {
   const SparseMatrix laplacian = CotangentLaplacian(mesh.positions, mesh.faces);
   Eigen::VectorXd mass;
   double step = 0;
@@ -26,34 +25,8 @@ absl::StatusOr<RowMatrix> DiffusionSmoother::Smooth(const TriangleMesh& mesh,
   mass = mass.cwiseMax(least);
   SparseMatrix system = step * laplacian;
   for (int64_t v = 0; v < system.cols(); ++v) system.coeffRef(v, v) += mass[v];
-  Eigen::SimplicialLDLT<SparseMatrix> factor(system);
-  if (factor.info() != Eigen::Success)
-    return absl::InternalError("weights: the diffusion matrix does not factor");
-
-  // Joints that no vertex is bound to stay zero.
-  std::vector<int64_t> active;
-  for (int64_t j = 0; j < weights.cols(); ++j) {
-    if (weights.col(j).maxCoeff() > 0) active.push_back(j);
-  }
-  Eigen::MatrixXd right(weights.rows(), static_cast<int64_t>(active.size()));
-  for (size_t i = 0; i < active.size(); ++i) {
-    right.col(static_cast<int64_t>(i)) = mass.cwiseProduct(weights.col(active[i]).cast<double>());
-  }
-  const Eigen::MatrixXd solved = factor.solve(right);
-  if (factor.info() != Eigen::Success || !solved.allFinite()) {
-    return absl::InternalError("weights: the diffusion solve failed");
-  }
-  RowMatrix smooth = RowMatrix::Zero(weights.rows(), weights.cols());
-  for (int64_t v = 0; v < smooth.rows(); ++v) {
-    // Rounding alone takes a row off [0, 1] and off the sum 1.
-    const Eigen::RowVectorXd row = solved.row(v).cwiseMax(0.0);
-    const double sum = row.sum();
-    for (size_t i = 0; i < active.size(); ++i) {
-      smooth(v, active[i]) =
-          sum > 0 ? static_cast<float>(row[static_cast<int64_t>(i)] / sum) : weights(v, active[i]);
-    }
-  }
-  return smooth;
+  const RowMatrix right = mass.cast<float>().asDiagonal() * rig.weights;
+  return SolveWeights(system, right, rig.weights);
 }
 
 std::unique_ptr<WeightSmoother> MakeSmoother(const SmoothingOptions& options) {

@@ -18,7 +18,7 @@ class DiffusionSmoother : public WeightSmoother {
   explicit DiffusionSmoother(const SmoothingOptions& options) : options_(options) {}
 
   // INTERNAL if the factorisation fails.
-  absl::StatusOr<RowMatrix> Smooth(const TriangleMesh& mesh, const RowMatrix& weights) const override;
+  absl::StatusOr<RowMatrix> Smooth(const TriangleMesh& mesh, const Rig& rig) const override;
 
  private:
   SmoothingOptions options_;
@@ -27,9 +27,7 @@ class DiffusionSmoother : public WeightSmoother {
 // Weights as they are (paper A's ablation).
 class NoSmoother : public WeightSmoother {
  public:
-  absl::StatusOr<RowMatrix> Smooth(const TriangleMesh&, const RowMatrix& weights) const override {
-    return weights;
-  }
+  absl::StatusOr<RowMatrix> Smooth(const TriangleMesh&, const Rig& rig) const override { return rig.weights; }
 };
 
 std::unique_ptr<WeightSmoother> MakeSmoother(const SmoothingOptions& options);

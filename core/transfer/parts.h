@@ -7,16 +7,30 @@
 #include <vector>
 
 #include "core/base/status.h"
+#include "core/mesh/resample.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/skeleton/kinematics.h"
 #include "core/skeleton/skeleton.h"
 
 namespace stance {
 
+// Weights known at samples of a mesh's surface.
+struct SampledWeights {
+  SurfaceSamples samples;
+  RowMatrix weights;  // (N, J), rows non-negative and summing to 1
+};
+
 // A mesh's skeleton and how its vertices are bound to it.
 struct Rig {
   Points joints;      // (J, 3), in the mesh's own frame and unit
-  RowMatrix weights;  // (V, J), rows non-negative and summing to 1; rigid (one-hot) before smoothing
+  RowMatrix weights;  // (V, J), rows non-negative and summing to 1; constant over each sample's cell before
+                      // smoothing
+  // What `weights` were taken from, where the rigger's smoother needs it.
+  std::shared_ptr<const SampledWeights> sampled{};
+  // (J) each joint's global rotation from the rest pose, and the probability, in [0, 1], that it and the
+  // joint's place are right; both empty where the rigger does not know them.
+  std::vector<Rotation> rotations{};
+  Eigen::VectorXf confidence{};
 };
 
 // Seconds spent in each phase of one request (its share, where a phase ran for a whole batch).
@@ -53,11 +67,11 @@ class PoseSolver {
                                       const Rig& reference_rig) const = 0;
 };
 
-// Rough weights (V, J) to smooth ones: non-negative, rows sum to 1.
+// A rig's rough weights to smooth ones (V, J): non-negative, rows sum to 1.
 class WeightSmoother {
  public:
   virtual ~WeightSmoother() = default;
-  virtual absl::StatusOr<RowMatrix> Smooth(const TriangleMesh& mesh, const RowMatrix& weights) const = 0;
+  virtual absl::StatusOr<RowMatrix> Smooth(const TriangleMesh& mesh, const Rig& rig) const = 0;
 };
 
 // Rest vertices (V, 3), weights (V, J) and J transforms to deformed vertices (V, 3).

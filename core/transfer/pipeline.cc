@@ -7,10 +7,14 @@
 #include "core/base/stopwatch.h"
 #include "core/base/threads.h"
 #include "core/mesh/weld.h"
+#include "core/network/pose_model.h"
 #include "core/network/skeletal_model.h"
 #include "core/transfer/bone_rotation_solver.h"
 #include "core/transfer/diffusion_smoother.h"
+#include "core/transfer/learned_rotation_solver.h"
 #include "core/transfer/linear_blend_skinning.h"
+#include "core/transfer/pose_rigger.h"
+#include "core/transfer/screened_weights.h"
 #include "core/transfer/skeletal_rigger.h"
 #include "core/transfer/up_axis.h"
 
@@ -21,7 +25,11 @@ absl::Status Prefixed(const std::string& field, const absl::Status& status) {
   return absl::Status(status.code(), fmt::format("{}: {}", field, std::string(status.message())));
 }
 
-absl::Status CheckOptions(const TransferOptions& options) {
+absl::Status CheckOptions(const TransferOptions& options, Method method) {
+  if (options.method != method) {
+    return absl::InvalidArgumentError(fmt::format("method: '{}' is not that of the model, '{}'",
+                                                  MethodName(options.method), MethodName(method)));
+  }
   const SmoothingOptions& smoothing = options.smoothing;
   if (smoothing.kind == SmoothingKind::kMetric && !(smoothing.length > 0 && smoothing.length <= 1)) {
     return absl::InvalidArgumentError(
@@ -60,28 +68,60 @@ RowMatrix Unweld(const RowMatrix& rows, const std::vector<int32_t>& welded_row) 
   return out;
 }
 
+std::unique_ptr<WeightSmoother> SmootherOf(const TransferOptions& options) {
+  if (options.method == Method::kStance) return std::make_unique<ScreenedSmoother>();
+  return MakeSmoother(options.smoothing);
+}
+
+std::unique_ptr<PoseSolver> SolverOf(const TransferOptions& options) {
+  if (options.method == Method::kStance) return std::make_unique<LearnedRotationSolver>();
+  return std::make_unique<BoneRotationSolver>(options.twist);
+}
+
+// Rotations that are global in a frame, in the frame that `turn` turns into it.
+std::vector<Rotation> TurnedBack(const std::vector<Rotation>& rotations, const Eigen::Matrix3f& turn) {
+  std::vector<Rotation> back;
+  for (const Rotation& rotation : rotations) back.emplace_back(turn.transpose() * rotation);
+  return back;
+}
+
+// The rig in the caller's frame, without weights.
+Rig SkeletonOf(const Input& input, UpAxis up) {
+  Rig rig;
+  rig.joints = input.rig.joints * ToYUp(up);
+  rig.rotations = TurnedBack(input.rig.rotations, ToYUp(up));
+  rig.confidence = input.rig.confidence;
+  return rig;
+}
+
 // The rig in the caller's frame, smooth, with a row for each of the file's vertices.
 absl::StatusOr<Rig> FinishRig(const Input& input, UpAxis up, const TransferOptions& options) {
-  STANCE_ASSIGN_OR_RETURN(RowMatrix weights,
-                          MakeSmoother(options.smoothing)->Smooth(input.mesh, input.rig.weights));
+  STANCE_ASSIGN_OR_RETURN(RowMatrix weights, SmootherOf(options)->Smooth(input.mesh, input.rig));
   LimitInfluences(weights, options.max_influences);
-  return Rig{input.rig.joints * ToYUp(up), Unweld(weights, input.welded_row)};
+  Rig rig = SkeletonOf(input, up);
+  rig.weights = Unweld(weights, input.welded_row);
+  return rig;
 }
 
 absl::Status CheckRig(const Rig& rig) {
-  if (rig.joints.allFinite()) return absl::OkStatus();
-  return absl::InternalError("the network's joints are not finite");
+  if (!rig.joints.allFinite()) return absl::InternalError("the network's joints are not finite");
+  for (const Rotation& rotation : rig.rotations) {
+    if (!rotation.allFinite()) return absl::InternalError("the network's rotations are not finite");
+  }
+  return absl::OkStatus();
 }
 
 class PipelineImpl : public Pipeline {
  public:
   PipelineImpl(std::unique_ptr<SkeletalModel> model, const PipelineOptions& options)
-      : options_(options),
-        model_(std::move(model)),
-        rigger_(*model_, options.threads, options.full_resolution) {
-    const ModelManifest& manifest = model_->manifest();
-    models_.push_back({manifest.name, manifest.version, Method::kSkeletal, kHumanJoints,
-                       model_->parameter_count(), manifest.samples});
+      : PipelineImpl(Method::kSkeletal, *model, options,
+                     std::make_unique<SkeletalRigger>(*model, options.threads, options.full_resolution)) {
+    skeletal_ = std::move(model);
+  }
+  PipelineImpl(std::unique_ptr<PoseModel> model, const PipelineOptions& options)
+      : PipelineImpl(Method::kStance, *model, options,
+                     std::make_unique<PoseRigger>(*model, options.threads)) {
+    pose_ = std::move(model);
   }
 
   std::vector<absl::StatusOr<TransferResult>> TransferBatch(
@@ -132,9 +172,18 @@ class PipelineImpl : public Pipeline {
   }
 
   const std::vector<ModelInfo>& models() const override { return models_; }
-  const Skeleton& skeleton() const override { return rigger_.skeleton(); }
+  const Skeleton& skeleton() const override { return rigger_->skeleton(); }
 
  private:
+  template <typename Model>
+  PipelineImpl(Method method, const Model& model, const PipelineOptions& options,
+               std::unique_ptr<Rigger> rigger)
+      : options_(options), rigger_(std::move(rigger)) {
+    const ModelManifest& manifest = model.manifest();
+    models_.push_back(
+        {manifest.name, manifest.version, method, kHumanJoints, model.parameter_count(), manifest.samples});
+  }
+
   struct MeshJob {
     const TriangleMesh* mesh;
     UpAxis up;
@@ -159,7 +208,7 @@ class PipelineImpl : public Pipeline {
     batch.inputs.assign(jobs.size(), absl::InternalError("not run"));
     ForEach(jobs.size(), [&](int64_t i) {
       const MeshJob& job = jobs[i];
-      if (const absl::Status options = CheckOptions(*job.options); !options.ok()) {
+      if (const absl::Status options = CheckOptions(*job.options, models_[0].method); !options.ok()) {
         batch.inputs[i] = Prefixed("options", options);
         return;
       }
@@ -174,7 +223,7 @@ class PipelineImpl : public Pipeline {
       meshes.push_back(&batch.inputs[i]->mesh);
       rows.push_back(i);
     }
-    auto rigs = rigger_.RigMeshes(meshes, batch.seconds);
+    auto rigs = rigger_->RigMeshes(meshes, batch.seconds);
     for (size_t i = 0; i < rows.size(); ++i) {
       auto& input = batch.inputs[rows[i]];
       if (!rigs.ok()) {
@@ -201,8 +250,7 @@ class PipelineImpl : public Pipeline {
     TransferResult result;
     result.seconds = shared;
     const std::vector<Rotation> rotations =
-        BoneRotationSolver(options.twist)
-            .Solve(skeleton(), source.mesh, source.rig, reference.mesh, reference.rig);
+        SolverOf(options)->Solve(skeleton(), source.mesh, source.rig, reference.mesh, reference.rig);
     const std::vector<AffineTransform> y_up = PoseTransforms(skeleton(), source.rig.joints, rotations);
     const Eigen::Matrix3f turn = ToYUp(options.source_up);
     for (const AffineTransform& transform : y_up) {
@@ -215,7 +263,7 @@ class PipelineImpl : public Pipeline {
     if (options.reference_weights) {
       STANCE_ASSIGN_OR_RETURN(result.reference_rig, FinishRig(reference, options.reference_up, options));
     } else {
-      result.reference_rig.joints = reference.rig.joints * ToYUp(options.reference_up);
+      result.reference_rig = SkeletonOf(reference, options.reference_up);
     }
     result.seconds.weights = watch.Lap();
 
@@ -244,8 +292,10 @@ class PipelineImpl : public Pipeline {
   }
 
   const PipelineOptions options_;
-  const std::unique_ptr<SkeletalModel> model_;
-  const SkeletalRigger rigger_;
+  // The one that rigger_ refers to.
+  std::unique_ptr<SkeletalModel> skeletal_;
+  std::unique_ptr<PoseModel> pose_;
+  const std::unique_ptr<Rigger> rigger_;
   std::vector<ModelInfo> models_;
 };
 
@@ -264,25 +314,37 @@ TriangleMesh WarmUpMesh() {
 std::string MethodName(Method method) {
   switch (method) {
     case Method::kSkeletal:
-      return "skeletal";
+      return kSkeletalMethod;
+    case Method::kStance:
+      return kStanceMethod;
   }
   return "";
 }
 
 absl::StatusOr<Method> MethodFromName(const std::string& name) {
-  if (name == "skeletal") return Method::kSkeletal;
-  return absl::InvalidArgumentError(fmt::format("method '{}' is unknown; known: skeletal", name));
+  for (const Method method : {Method::kSkeletal, Method::kStance}) {
+    if (name == MethodName(method)) return method;
+  }
+  return absl::InvalidArgumentError(
+      fmt::format("method '{}' is unknown; known: {}, {}", name, kSkeletalMethod, kStanceMethod));
 }
 
 absl::StatusOr<std::unique_ptr<Pipeline>> Pipeline::Load(const std::filesystem::path& model_dir,
                                                          const PipelineOptions& options) {
+  STANCE_ASSIGN_OR_RETURN(const ModelManifest manifest, ReadManifest(model_dir));
+  if (manifest.method == kStanceMethod) {
+    STANCE_ASSIGN_OR_RETURN(std::unique_ptr<PoseModel> model, PoseModel::Load(model_dir));
+    return std::make_unique<PipelineImpl>(std::move(model), options);
+  }
   STANCE_ASSIGN_OR_RETURN(std::unique_ptr<SkeletalModel> model, SkeletalModel::Load(model_dir));
   return std::make_unique<PipelineImpl>(std::move(model), options);
 }
 
 absl::Status Pipeline::WarmUp() const {
   const TriangleMesh mesh = WarmUpMesh();
-  return Transfer(mesh, mesh).status();
+  TransferOptions options;
+  options.method = models()[0].method;
+  return Transfer(mesh, mesh, options).status();
 }
 
 absl::StatusOr<TransferResult> Pipeline::Transfer(const TriangleMesh& source, const TriangleMesh& reference,

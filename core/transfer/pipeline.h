@@ -16,6 +16,7 @@ namespace stance {
 
 enum class Method {
   kSkeletal,  // paper A: rigid weights, Algorithm 1, diffusion, linear blend skinning
+  kStance,    // our own: soft weights and rotations by one network, screened weights, linear blend skinning
 };
 
 // The method's name in commands and configuration: "skeletal".
@@ -47,9 +48,9 @@ enum class Twist {
 enum class UpAxis { kY, kZ, kX };
 
 struct TransferOptions {
-  Method method = Method::kSkeletal;
-  SmoothingOptions smoothing{};
-  Twist twist = Twist::kPaper;
+  Method method = Method::kSkeletal;  // must be the model's
+  SmoothingOptions smoothing{};       // of kSkeletal
+  Twist twist = Twist::kPaper;        // of kSkeletal
   UpAxis source_up = UpAxis::kY;
   UpAxis reference_up = UpAxis::kY;
   // Most non-zero weights per vertex in the answer and the deformation; 0 keeps all.

@@ -25,6 +25,12 @@ RowMatrix RandomRigid(const TriangleMesh& mesh) {
   return w;
 }
 
+Rig RigOf(RowMatrix weights) {
+  Rig rig;
+  rig.weights = std::move(weights);
+  return rig;
+}
+
 SmoothingOptions Options(SmoothingKind kind) {
   SmoothingOptions options;
   options.kind = kind;
@@ -42,7 +48,7 @@ TEST_P(EveryKind, WeightsStayNonNegativeAndSumToOneOnAnyMesh) {
   lost.positions.bottomRows(1) << 3, 3, 3;
   for (const TriangleMesh& mesh : {testing::Capsule(), testing::Fan(4), testing::WithDegenerateFaces(),
                                    testing::TwoSpheres(), testing::Grid(9, 9), lost}) {
-    const auto smooth = MakeSmoother(Options(GetParam()))->Smooth(mesh, RandomRigid(mesh));
+    const auto smooth = MakeSmoother(Options(GetParam()))->Smooth(mesh, RigOf(RandomRigid(mesh)));
     ASSERT_TRUE(smooth.ok()) << smooth.status();
     EXPECT_GE(smooth->minCoeff(), 0);
     EXPECT_LT((smooth->rowwise().sum().array() - 1).abs().maxCoeff(), 1e-5f);
@@ -53,7 +59,7 @@ TEST_P(EveryKind, ConstantWeightsStayConstant) {
   const TriangleMesh mesh = testing::Capsule();
   RowMatrix w = RowMatrix::Zero(mesh.vertex_count(), 24);
   w.col(3).setOnes();
-  const auto smooth = MakeSmoother(Options(GetParam()))->Smooth(mesh, w);
+  const auto smooth = MakeSmoother(Options(GetParam()))->Smooth(mesh, RigOf(w));
   ASSERT_TRUE(smooth.ok());
   EXPECT_LT((*smooth - w).cwiseAbs().maxCoeff(), 1e-5f);
 }
@@ -64,7 +70,7 @@ TEST(DiffusionSmoother, DoesNotCrossBetweenComponents) {
   const int64_t half = two.vertex_count() / 2;
   w.block(0, 0, half, 1).setOnes();
   w.block(half, 1, half, 1).setOnes();
-  const auto smooth = DiffusionSmoother({}).Smooth(two, w);
+  const auto smooth = DiffusionSmoother({}).Smooth(two, RigOf(w));
   ASSERT_TRUE(smooth.ok());
   EXPECT_LT((*smooth - w).cwiseAbs().maxCoeff(), 1e-5f);
 }
@@ -76,7 +82,7 @@ TEST(DiffusionSmoother, MetricKindDoesNotDependOnResolution) {
   int i = 0;
   for (const int segments : {24, 48}) {
     const TriangleMesh mesh = testing::Capsule(1.0f, 0.15f, segments, segments / 4, segments * 2);
-    const auto smooth = DiffusionSmoother(options).Smooth(mesh, HalfAndHalf(mesh));
+    const auto smooth = DiffusionSmoother(options).Smooth(mesh, RigOf(HalfAndHalf(mesh)));
     ASSERT_TRUE(smooth.ok());
     // The height at which joint 1's weight passes 3/4, interpolated over vertices on the tube.
     double below = -1, above = 1;
@@ -95,7 +101,7 @@ TEST(DiffusionSmoother, HopwiseKindIsThePapersOperator) {
   // (I - lambda L)^-1 W with L = -D^-1 L_c, by a dense inverse.
   const TriangleMesh mesh = testing::Capsule(1.0f, 0.25f, 8, 2, 4);
   const RowMatrix w = RandomRigid(mesh);
-  const auto smooth = DiffusionSmoother(Options(SmoothingKind::kHopwise)).Smooth(mesh, w);
+  const auto smooth = DiffusionSmoother(Options(SmoothingKind::kHopwise)).Smooth(mesh, RigOf(w));
   ASSERT_TRUE(smooth.ok());
   const Eigen::MatrixXd l_c = CotangentLaplacian(mesh.positions, mesh.faces);
   const Eigen::MatrixXd d_inverse = l_c.diagonal().cwiseInverse().asDiagonal();

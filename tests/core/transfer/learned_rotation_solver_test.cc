@@ -1,0 +1,98 @@
+#include "core/transfer/learned_rotation_solver.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "core/base/random.h"
+#include "tests/support/puppet.h"
+
+namespace stance {
+namespace {
+
+const Skeleton& skeleton() { return HumanSkeleton(); }
+
+Rotation RandomRotation(Random& random, double largest = 3.0) {
+  const Eigen::Vector3f axis(static_cast<float>(random.Normal()), static_cast<float>(random.Normal()),
+                             static_cast<float>(random.Normal()));
+  return Eigen::AngleAxisf(static_cast<float>(random.Uniform(0, largest)), axis.normalized())
+      .toRotationMatrix();
+}
+
+// The puppet's rig in that pose, its rotations known.
+Rig Posed(const std::vector<Rotation>& global) {
+  Rig rig = testing::Pose(testing::MakePuppet(), global).rig;
+  rig.rotations = global;
+  return rig;
+}
+
+// Limbs turn and twist as they like.
+std::vector<Rotation> RandomPose(uint64_t seed) { return testing::RandomPose(seed, 3.0); }
+
+std::vector<Rotation> Solve(const Rig& source, const Rig& reference) {
+  return LearnedRotationSolver().Solve(skeleton(), {}, source, {}, reference);
+}
+
+float Difference(const std::vector<Rotation>& a, const std::vector<Rotation>& b) {
+  float most = 0;
+  for (size_t j = 0; j < a.size(); ++j) most = std::max(most, (a[j] - b[j]).cwiseAbs().maxCoeff());
+  return most;
+}
+
+TEST(LearnedRotationSolver, OwnPoseIsTheIdentity) {
+  const Rig rig = Posed(RandomPose(1));
+  EXPECT_LT(Difference(Solve(rig, rig), std::vector<Rotation>(24, Rotation::Identity())), 1e-4f);
+}
+
+// With the truth of one identity in two poses, twist included, the answer is exact.
+TEST(LearnedRotationSolver, TrueRotationsAreFound) {
+  for (uint64_t seed = 1; seed < 6; ++seed) {
+    const std::vector<Rotation> from = RandomPose(seed), to = RandomPose(seed + 100);
+    std::vector<Rotation> expected(24);
+    for (int j = 0; j < 24; ++j) expected[j] = to[j] * from[j].transpose();
+    EXPECT_LT(Difference(Solve(Posed(from), Posed(to)), expected), 2e-3f);
+  }
+}
+
+TEST(LearnedRotationSolver, ATurnedReferenceTurnsEveryRotation) {
+  Random random(9);
+  const Rotation turn = RandomRotation(random);
+  const Rig source = Posed(RandomPose(2));
+  const Rig reference = Posed(RandomPose(3));
+  Rig turned = reference;
+  turned.joints = reference.joints * turn.transpose();
+  for (Rotation& rotation : turned.rotations) rotation = turn * rotation;
+  std::vector<Rotation> expected = Solve(source, reference);
+  for (Rotation& rotation : expected) rotation = turn * rotation;
+  EXPECT_LT(Difference(Solve(source, turned), expected), 2e-3f);
+}
+
+// Whatever the learned rotations, single bones point where the reference's do, and the answer is a rotation.
+TEST(LearnedRotationSolver, BonesPointAsTheReferencesDo) {
+  Random random(4);
+  Rig source = Posed(RandomPose(5)), reference = Posed(RandomPose(6));
+  for (Rotation& rotation : reference.rotations) rotation = RandomRotation(random);
+  const std::vector<Rotation> rotations = Solve(source, reference);
+  for (int j = 0; j < 24; ++j) {
+    EXPECT_LT((rotations[j] * rotations[j].transpose() - Rotation::Identity()).norm(), 1e-4f);
+    EXPECT_NEAR(rotations[j].determinant(), 1, 1e-4f);
+    if (skeleton().children(j).size() != 1) continue;
+    const int child = skeleton().children(j)[0];
+    const Eigen::Vector3f from = (source.joints.row(child) - source.joints.row(j)).transpose().normalized();
+    const Eigen::Vector3f to =
+        (reference.joints.row(child) - reference.joints.row(j)).transpose().normalized();
+    EXPECT_LT((rotations[j] * from - to).norm(), 1e-3f);
+  }
+}
+
+TEST(LearnedRotationSolver, CoincidentJointsKeepTheLearnedRotation) {
+  Rig source = Posed(RandomPose(7)), reference = Posed(RandomPose(8));
+  source.joints.setZero();
+  const std::vector<Rotation> rotations = Solve(source, reference);
+  for (int j = 0; j < 24; ++j) {
+    EXPECT_LT((rotations[j] - reference.rotations[j] * source.rotations[j].transpose()).norm(), 1e-4f);
+  }
+}
+
+}  // namespace
+}  // namespace stance
