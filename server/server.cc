@@ -195,6 +195,11 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerConfig& config
   absl::StatusOr<std::unique_ptr<Pipeline>> pipeline =
       Pipeline::Load(config.model_directory, {.threads = static_cast<int>(config.inference_threads)});
   if (!pipeline.ok()) return Prefixed("model.directory: ", pipeline.status());
+  if (const Method method = (*pipeline)->models()[0].method; method != Method::kSkeletal) {
+    return absl::UnimplementedError(
+        fmt::format("model.directory: {}: models of the method '{}' can't be served yet",
+                    config.model_directory, MethodName(method)));
+  }
   auto server = std::make_unique<AssembledServer>(config, *std::move(pipeline));
   STANCE_RETURN_IF_ERROR(server->Listen());
   Log(LogLevel::kInfo, "serving",

@@ -64,7 +64,9 @@ void AddBackend(CLI::App* app, BackendArguments* backend) {
 }
 
 void AddOptions(CLI::App* app, TransferOptions* options, std::string* method, BoneNaming* naming) {
-  app->add_option("--method", *method, "How to transfer: skeletal or stance")->type_name("NAME")->capture_default_str();
+  app->add_option("--method", *method, "How to transfer: skeletal or stance")
+      ->type_name("NAME")
+      ->capture_default_str();
   AddChoice(app, "--smoothing", &options->smoothing.kind, kSmoothings, "How weights are smoothed; metric");
   app->add_option("--smoothing-length", options->smoothing.length,
                   "metric: diffusion length as a fraction of the stature, in (0, 1]")

@@ -105,7 +105,6 @@ int main(int argc, char** argv) {
 
   std::string work;
   stance::ModelManifest exported;
-  exported.name = "skeletal-human24";
   exported.version = "1";
   auto* save = app.add_subcommand("export", "Write the newest checkpoints as a model");
   save->add_option("--work", work, "Folder of the training run")->required();
@@ -113,7 +112,7 @@ int main(int argc, char** argv) {
   save->add_option("--method", exported.method, "The method whose networks to write")
       ->check(CLI::IsMember({stance::kSkeletalMethod, stance::kStanceMethod}))
       ->capture_default_str();
-  save->add_option("--name", exported.name, "The model's name")->capture_default_str();
+  save->add_option("--name", exported.name, "The model's name [skeletal-human24 or stance-human24]");
   save->add_option("--model-version", exported.version, "The model's version")->capture_default_str();
 
   CLI11_PARSE(app, argc, argv);
@@ -127,6 +126,7 @@ int main(int argc, char** argv) {
                       ? stance::PoseModel::WriteUntrained(out, seed, manifest)
                       : stance::SkeletalModel::WriteUntrained(out, seed, manifest));
   }
+  if (exported.name.empty()) exported.name = exported.method + "-human24";
   if (*save) return Finish(stance::ExportModel(work, out, exported));
   if (*character) {
     auto generator = CharacterGenerator::FromPack(data);

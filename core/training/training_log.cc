@@ -31,6 +31,12 @@ absl::StatusOr<std::vector<LogRow>> ReadLog(const std::filesystem::path& csv) {
   std::vector<LogRow> rows;
   while (std::getline(lines, line)) {
     LogRow row;
+    // Logs from before rotations were learned have six columns: a stage that has one goes on with it.
+    if (std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf,%lf", &row.seen, &row.seconds, &row.loss,
+                    &row.accuracy, &row.joint_mm, &row.learning_rate, &row.degrees) == 6) {
+      rows.push_back(row);
+      continue;
+    }
     if (std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf,%lf", &row.seen, &row.seconds, &row.loss,
                     &row.accuracy, &row.joint_mm, &row.degrees, &row.learning_rate) != 7) {
       return absl::DataLossError(

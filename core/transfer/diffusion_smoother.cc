@@ -25,7 +25,7 @@ absl::StatusOr<RowMatrix> DiffusionSmoother::Smooth(const TriangleMesh& mesh, co
   mass = mass.cwiseMax(least);
   SparseMatrix system = step * laplacian;
   for (int64_t v = 0; v < system.cols(); ++v) system.coeffRef(v, v) += mass[v];
-  const RowMatrix right = mass.cast<float>().asDiagonal() * rig.weights;
+  const Eigen::MatrixXd right = mass.asDiagonal() * rig.weights.cast<double>();
   return SolveWeights(system, right, rig.weights);
 }
 

@@ -30,8 +30,8 @@ std::vector<Rotation> LearnedRotationSolver::Solve(const Skeleton& skeleton, con
     if (from.cols() == 1) {
       rotations[j] = SmallestRotation(rotations[j] * from.col(0), to.col(0)) * rotations[j];
     } else if (from.cols() > 1) {
-      const Eigen::Matrix3f covariance = to * from.transpose();
-      if (covariance.squaredNorm() > 1e-12f) rotations[j] = NearestRotation(covariance);
+      // The learned rotation decides only what the bones leave open, as three in one line would.
+      rotations[j] = NearestRotation(to * from.transpose() + 1e-3f * rotations[j]);
     }
   }
   return rotations;

@@ -333,6 +333,10 @@ absl::StatusOr<std::unique_ptr<Pipeline>> Pipeline::Load(const std::filesystem::
                                                          const PipelineOptions& options) {
   STANCE_ASSIGN_OR_RETURN(const ModelManifest manifest, ReadManifest(model_dir));
   if (manifest.method == kStanceMethod) {
+    if (options.full_resolution) {
+      return absl::InvalidArgumentError(
+          fmt::format("full_resolution: the method '{}' has none", kStanceMethod));
+    }
     STANCE_ASSIGN_OR_RETURN(std::unique_ptr<PoseModel> model, PoseModel::Load(model_dir));
     return std::make_unique<PipelineImpl>(std::move(model), options);
   }

@@ -22,12 +22,12 @@ absl::StatusOr<RowMatrix> ScreenedWeights(const TriangleMesh& mesh, const Surfac
 
   std::vector<Eigen::Triplet<double>> entries;
   for (int64_t v = 0; v < vertices; ++v) entries.emplace_back(v, v, mass[v]);
-  RowMatrix right = mass.cast<float>().asDiagonal() * prior;
+  Eigen::MatrixXd right = mass.asDiagonal() * prior.cast<double>();
   for (int64_t s = 0; s < n; ++s) {
     const SurfacePlace& place = samples.place[s];
     for (int i = 0; i < 3; ++i) {
       if (place.weight[i] == 0) continue;
-      right.row(place.corner[i]) += place.weight[i] * sample_weights.row(s);
+      right.row(place.corner[i]) += place.weight[i] * sample_weights.row(s).cast<double>();
       for (int j = 0; j < 3; ++j) {
         const double product = static_cast<double>(place.weight[i]) * place.weight[j];
         if (product != 0) entries.emplace_back(place.corner[i], place.corner[j], product);

@@ -5,7 +5,7 @@
 
 namespace stance {
 
-absl::StatusOr<RowMatrix> SolveWeights(const SparseMatrix& system, const RowMatrix& right,
+absl::StatusOr<RowMatrix> SolveWeights(const SparseMatrix& system, const Eigen::MatrixXd& right,
                                        const RowMatrix& fallback) {
   const Eigen::SimplicialLDLT<SparseMatrix> factor(system);
   if (factor.info() != Eigen::Success) return absl::InternalError("weights: the matrix does not factor");
@@ -14,7 +14,7 @@ absl::StatusOr<RowMatrix> SolveWeights(const SparseMatrix& system, const RowMatr
     if (right.col(j).maxCoeff() > 0) active.push_back(j);
   }
   Eigen::MatrixXd columns(right.rows(), std::ssize(active));
-  for (int64_t i = 0; i < columns.cols(); ++i) columns.col(i) = right.col(active[i]).cast<double>();
+  for (int64_t i = 0; i < columns.cols(); ++i) columns.col(i) = right.col(active[i]);
   const Eigen::MatrixXd solved = factor.solve(columns);
   if (factor.info() != Eigen::Success || !solved.allFinite()) {
     return absl::InternalError("weights: the solve failed");

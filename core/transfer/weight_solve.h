@@ -10,7 +10,7 @@ namespace stance {
 // solution: negative entries become 0, rows are scaled to sum to 1; a row of zeros takes `fallback`'s.
 // Columns of zeros on the right stay zero. INTERNAL if the system does not factor. REQUIRES: `system` is
 // symmetric positive definite.
-absl::StatusOr<RowMatrix> SolveWeights(const SparseMatrix& system, const RowMatrix& right,
+absl::StatusOr<RowMatrix> SolveWeights(const SparseMatrix& system, const Eigen::MatrixXd& right,
                                        const RowMatrix& fallback);
 
 }  // namespace stance

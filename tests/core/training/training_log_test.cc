@@ -24,6 +24,20 @@ TEST(TrainingLog, RowsAppendedAreRowsRead) {
   EXPECT_EQ((*rows)[1].learning_rate, 5e-4);
 }
 
+TEST(TrainingLog, RowsFromBeforeRotationsWereLearnedAreRead) {
+  const testing::TemporaryFolder folder;
+  const auto csv = folder.path() / "log.csv";
+  ASSERT_TRUE(
+      WriteFile(csv, "seen,seconds,loss,accuracy,joint_mm,learning_rate\n8,1.5,2.25,0.5,30,0.001\n").ok());
+  ASSERT_TRUE(AppendLog(csv, {16, 3, 1.125, 0.75, 20, 25, 5e-4}).ok());
+  const auto rows = ReadLog(csv);
+  ASSERT_TRUE(rows.ok()) << rows.status();
+  ASSERT_EQ(rows->size(), 2u);
+  EXPECT_EQ((*rows)[0].learning_rate, 0.001);
+  EXPECT_EQ((*rows)[0].degrees, 0);
+  EXPECT_EQ((*rows)[1].degrees, 25);
+}
+
 TEST(TrainingLog, AMalformedRowIsNamed) {
   const testing::TemporaryFolder folder;
   const auto csv = folder.path() / "log.csv";

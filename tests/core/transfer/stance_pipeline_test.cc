@@ -41,6 +41,13 @@ TEST_F(StancePipelineTest, SaysWhatItIs) {
   EXPECT_TRUE(pipeline_->WarmUp().ok());
 }
 
+TEST_F(StancePipelineTest, HasNoFullResolution) {
+  const testing::UntrainedModel files(256, 3, "stance");
+  const absl::Status status = Pipeline::Load(files.dir(), {.threads = 1, .full_resolution = true}).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_NE(std::string(status.message()).find("full_resolution"), std::string::npos) << status;
+}
+
 TEST_F(StancePipelineTest, RefusesAnotherMethod) {
   const absl::Status status = pipeline_->Transfer(Lopsided(), Lopsided(), {}).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
