@@ -150,6 +150,17 @@ TriangleMesh TwoSpheres(int level) {
   return mesh;
 }
 
+TriangleMesh TwoPlates(int cells, float gap) {
+  TriangleMesh plates = Grid(cells, cells);
+  const int64_t vertices = plates.vertex_count(), faces = plates.face_count();
+  plates.positions.conservativeResize(2 * vertices, 3);
+  plates.positions.bottomRows(vertices) =
+      plates.positions.topRows(vertices).rowwise() + Eigen::RowVector3f(0, 0, gap);
+  plates.faces.conservativeResize(2 * faces, 3);
+  plates.faces.bottomRows(faces) = plates.faces.topRows(faces).array() + static_cast<int32_t>(vertices);
+  return plates;
+}
+
 TriangleMesh WithDegenerateFaces() {
   TriangleMesh mesh = Icosphere(1);
   const int32_t middle = static_cast<int32_t>(mesh.vertex_count()), twin = middle + 1;

@@ -30,6 +30,10 @@ TriangleMesh Fan(int blades = 3);
 // Two components: icospheres of `level` beside each other, a gap of one radius between them.
 TriangleMesh TwoSpheres(int level = 1);
 
+// Two open components: grids of `cells` x `cells` over [0, 1]^2, one in the plane z = 0, the other `gap`
+// above it. Each has half of the vertices and of the faces.
+TriangleMesh TwoPlates(int cells, float gap);
+
 // An icosphere of level 1 with faces 80..82 added: a repeated index, three vertices on a line (one of them,
 // the last vertex, new, in the middle of an edge), and a face of zero area with two coincident corners.
 TriangleMesh WithDegenerateFaces();

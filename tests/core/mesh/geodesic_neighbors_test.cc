@@ -14,18 +14,6 @@ NeighborTable Neighbors(const SurfaceSamples& samples, int64_t targets, int k, i
   return GeodesicNeighbors(samples.graph, samples.points, 0, samples.points.rows(), targets, k, threads);
 }
 
-// Two parallel plates, 1 cm apart, each a component of its own.
-TriangleMesh Plates() {
-  TriangleMesh plates = testing::Grid(20, 20);
-  const int64_t half = plates.vertex_count(), faces = plates.face_count();
-  plates.positions.conservativeResize(2 * half, 3);
-  plates.positions.bottomRows(half) =
-      plates.positions.topRows(half).rowwise() + Eigen::RowVector3f(0, 0, 0.01f);
-  plates.faces.conservativeResize(2 * faces, 3);
-  plates.faces.bottomRows(faces) = plates.faces.topRows(faces).array() + static_cast<int32_t>(half);
-  return plates;
-}
-
 TEST(GeodesicNeighbors, BeginWithTheRowItselfAndDescendInDistance) {
   const SurfaceSamples samples = ResampleSurface(testing::Icosphere(5), {256, 12});
   const NeighborTable near = Neighbors(samples, 256, 16);
@@ -54,7 +42,7 @@ TEST(GeodesicNeighbors, OnASphereAreNearlyThoseInSpace) {
 }
 
 TEST(GeodesicNeighbors, StayOnTheirOwnSideOfAGap) {
-  const SurfaceSamples samples = ResampleSurface(Plates(), {400, 12});
+  const SurfaceSamples samples = ResampleSurface(testing::TwoPlates(20, 0.01f), {400, 12});
   const NeighborTable near = Neighbors(samples, 400, 16);
   for (int64_t s = 0; s < 400; ++s) {
     for (int k = 0; k < 16; ++k) EXPECT_EQ(samples.points(near(s, k), 2), samples.points(s, 2));

@@ -99,13 +99,7 @@ TEST(ResampleSurface, OneRingIsSymmetricAndPaddedWithTheSample) {
 
 TEST(ResampleSurface, NearbySheetsAreNoNeighbours) {
   // Two parallel plates 1 cm apart: the one-ring and the cells stay on their own plate.
-  TriangleMesh plates = testing::Grid(20, 20);
-  const int64_t half = plates.vertex_count(), faces = plates.face_count();
-  plates.positions.conservativeResize(2 * half, 3);
-  plates.positions.bottomRows(half) =
-      plates.positions.topRows(half).rowwise() + Eigen::RowVector3f(0, 0, 0.01f);
-  plates.faces.conservativeResize(2 * faces, 3);
-  plates.faces.bottomRows(faces) = plates.faces.topRows(faces).array() + static_cast<int32_t>(half);
+  const TriangleMesh plates = testing::TwoPlates(20, 0.01f);
   const SurfaceSamples samples = ResampleSurface(plates, {200, 12});
   for (int64_t s = 0; s < samples.points.rows(); ++s) {
     for (int i = 0; i < 12; ++i) EXPECT_EQ(samples.points(samples.one_ring(s, i), 2), samples.points(s, 2));

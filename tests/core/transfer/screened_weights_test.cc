@@ -74,13 +74,8 @@ TEST(ScreenedWeights, FollowASmoothField) {
 
 // A hand that lies on a thigh must not stick to it: two plates, 1 cm apart, bound to one joint each.
 TEST(ScreenedWeights, DoNotBleedAcrossAGap) {
-  TriangleMesh plates = testing::Grid(20, 20);
-  const int64_t half = plates.vertex_count(), faces = plates.face_count();
-  plates.positions.conservativeResize(2 * half, 3);
-  plates.positions.bottomRows(half) =
-      plates.positions.topRows(half).rowwise() + Eigen::RowVector3f(0, 0, 0.01f);
-  plates.faces.conservativeResize(2 * faces, 3);
-  plates.faces.bottomRows(faces) = plates.faces.topRows(faces).array() + static_cast<int32_t>(half);
+  const TriangleMesh plates = testing::TwoPlates(20, 0.01f);
+  const int64_t half = plates.vertex_count() / 2;
   const SurfaceSamples samples = ResampleSurface(plates, {300, 12});
   RowMatrix rigid = RowMatrix::Zero(300, 24);
   for (int64_t s = 0; s < 300; ++s) rigid(s, samples.points(s, 2) > 0.005f ? 1 : 0) = 1;
