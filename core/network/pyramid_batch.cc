@@ -5,8 +5,6 @@
 namespace stance {
 namespace {
 
-torch::Tensor Stacked(const std::vector<torch::Tensor>& parts) { return torch::cat(parts); }
-
 torch::Tensor Tensor(const Points& points) {
   auto tensor = torch::empty({points.rows(), 3});
   std::memcpy(tensor.data_ptr<float>(), points.data(), points.size() * sizeof(float));
@@ -40,10 +38,10 @@ PyramidBatch StackPyramids(std::span<const PyramidInput* const> inputs) {
       batch.offsets[level].push_back(first + count);
     }
   }
-  batch.points = Stacked(points);
-  batch.normals = Stacked(normals);
-  for (int level = 0; level < kPyramidLevels; ++level) batch.near[level] = Stacked(near[level]);
-  for (int level = 0; level + 1 < kPyramidLevels; ++level) batch.rows[level] = Stacked(rows[level]);
+  batch.points = torch::cat(points);
+  batch.normals = torch::cat(normals);
+  for (int level = 0; level < kPyramidLevels; ++level) batch.near[level] = torch::cat(near[level]);
+  for (int level = 0; level + 1 < kPyramidLevels; ++level) batch.rows[level] = torch::cat(rows[level]);
   return batch;
 }
 

@@ -8,9 +8,7 @@
 
 namespace stance {
 
-using Modules = std::vector<std::pair<std::string, std::shared_ptr<torch::nn::Module>>>;
-
-absl::Status SaveCheckpoint(const std::filesystem::path& path, const Modules& modules,
+absl::Status SaveCheckpoint(const std::filesystem::path& path, const NamedModules& modules,
                             torch::optim::Optimizer* optimizer, const TrainingProgress& progress) {
   try {
     torch::serialize::OutputArchive archive;
@@ -34,7 +32,8 @@ absl::Status SaveCheckpoint(const std::filesystem::path& path, const Modules& mo
   }
 }
 
-absl::StatusOr<TrainingProgress> LoadCheckpoint(const std::filesystem::path& path, const Modules& modules,
+absl::StatusOr<TrainingProgress> LoadCheckpoint(const std::filesystem::path& path,
+                                                const NamedModules& modules,
                                                 torch::optim::Optimizer* optimizer, torch::Device device) {
   STANCE_ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
   try {

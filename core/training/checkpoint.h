@@ -4,10 +4,17 @@
 #include <torch/torch.h>
 
 #include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/base/status.h"
 
 namespace stance {
+
+// A stage's networks, by name.
+using NamedModules = std::vector<std::pair<std::string, std::shared_ptr<torch::nn::Module>>>;
 
 struct TrainingProgress {
   int64_t seen = 0;  // characters
@@ -17,16 +24,13 @@ struct TrainingProgress {
 };
 
 // Modules and optimiser in one file, written aside and renamed. The modules are those of the stage, by name.
-absl::Status SaveCheckpoint(
-    const std::filesystem::path& path,
-    const std::vector<std::pair<std::string, std::shared_ptr<torch::nn::Module>>>& modules,
-    torch::optim::Optimizer* optimizer, const TrainingProgress& progress);
+absl::Status SaveCheckpoint(const std::filesystem::path& path, const NamedModules& modules,
+                            torch::optim::Optimizer* optimizer, const TrainingProgress& progress);
 
 // Puts all tensors on `device`, wherever they were saved. NOT_FOUND where there is none; DATA_LOSS with the
 // path for a damaged one. `optimizer` may be null.
-absl::StatusOr<TrainingProgress> LoadCheckpoint(
-    const std::filesystem::path& path,
-    const std::vector<std::pair<std::string, std::shared_ptr<torch::nn::Module>>>& modules,
-    torch::optim::Optimizer* optimizer, torch::Device device);
+absl::StatusOr<TrainingProgress> LoadCheckpoint(const std::filesystem::path& path,
+                                                const NamedModules& modules,
+                                                torch::optim::Optimizer* optimizer, torch::Device device);
 
 }  // namespace stance

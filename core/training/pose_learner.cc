@@ -1,11 +1,8 @@
 // The stage "pose": weights, rest-pose coordinates, joints, rotations and confidences at once.
-#include <ATen/Parallel.h>
 
 #include <numbers>
-#include <optional>
 
 #include "core/network/pose_network.h"
-#include "core/training/batch_stream.h"
 #include "core/training/learner.h"
 #include "core/training/pose_samples.h"
 
@@ -30,16 +27,7 @@ class PoseLearner : public Learner {
         parameters, torch::optim::AdamWOptions(learning_rate).weight_decay(1e-4));
   }
 
-  void Start(int64_t seen) override {
-    const SampleOptions samples{options_.seed * 3 + static_cast<uint64_t>(options_.stage),
-                                options_.samples_per_mesh, options_.max_ring};
-    stream_.emplace(
-        [this, samples](int64_t first) {
-          at::set_num_threads(1);
-          return MakePoseBatch(generator_, samples, first, options_.batch_size);
-        },
-        seen, options_.batch_size, options_.generator_threads);
-  }
+  void Start(int64_t seen) override { StartStream(generator_, options_, seen, MakePoseBatch, stream_); }
 
   TrainingStep Next(int64_t seen) override {
     const PoseBatch batch = stream_->Next().To(options_.device);

@@ -1,13 +1,8 @@
 // Paper A's stages (section 3.1.4).
 #include <ATen/CPUGeneratorImpl.h>
-#include <ATen/Parallel.h>
-
-#include <optional>
 
 #include "core/network/skeletal_networks.h"
-#include "core/training/batch_stream.h"
 #include "core/training/learner.h"
-#include "core/training/sample_stream.h"
 
 namespace stance {
 namespace {
@@ -42,17 +37,7 @@ class SkeletalLearner : public Learner {
     return std::make_unique<torch::optim::Adam>(parameters, torch::optim::AdamOptions(learning_rate));
   }
 
-  void Start(int64_t seen) override {
-    // Each stage sees its own characters.
-    const SampleOptions samples{options_.seed * 3 + static_cast<uint64_t>(options_.stage),
-                                options_.samples_per_mesh, options_.max_ring};
-    stream_.emplace(
-        [this, samples](int64_t first) {
-          at::set_num_threads(1);
-          return MakeTrainingBatch(generator_, samples, first, options_.batch_size);
-        },
-        seen, options_.batch_size, options_.generator_threads);
-  }
+  void Start(int64_t seen) override { StartStream(generator_, options_, seen, MakeTrainingBatch, stream_); }
 
   TrainingStep Next(int64_t seen) override {
     const TrainingBatch batch = stream_->Next().To(options_.device);
