@@ -1,6 +1,8 @@
 #include "core/mesh/geodesic_neighbors.h"
 
 #include <algorithm>
+#include <bit>
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <utility>
@@ -11,9 +13,15 @@
 namespace stance {
 namespace {
 
-using Entry = std::pair<float, int32_t>;  // distance, row
-
 constexpr float kFar = std::numeric_limits<float>::infinity();
+
+// A distance and the row it leads to in one word that compares as the distance does, which is not negative.
+using Entry = uint64_t;
+Entry MakeEntry(float distance, int32_t row) {
+  return static_cast<uint64_t>(std::bit_cast<uint32_t>(distance)) << 32 | static_cast<uint32_t>(row);
+}
+float DistanceOf(Entry entry) { return std::bit_cast<float>(static_cast<uint32_t>(entry >> 32)); }
+int32_t RowOf(Entry entry) { return static_cast<int32_t>(entry & 0xffff'ffffU); }
 
 // Dijkstra's search from one row after another; `distance` is cleared by the rows it touched, not whole.
 class NearSearch {
@@ -25,12 +33,16 @@ class NearSearch {
     found_.clear();
     frontier_.clear();
     Reach(row, 0);
-    while (!frontier_.empty() && static_cast<int>(found_.size()) < k) {
+    while (!frontier_.empty()) {
+      const float reached = DistanceOf(frontier_.front());
+      const int32_t v = RowOf(frontier_.front());
       std::pop_heap(frontier_.begin(), frontier_.end(), std::greater<>());
-      const auto [reached, v] = frontier_.back();
       frontier_.pop_back();
       if (reached > distance_[v]) continue;
-      if (v < targets) found_.push_back(v);
+      if (v < targets) {
+        found_.push_back(v);
+        if (static_cast<int>(found_.size()) == k) break;
+      }
       for (int32_t e = graph_.start[v]; e < graph_.start[v + 1]; ++e) {
         const float candidate = reached + graph_.length[e];
         if (candidate < distance_[graph_.column[e]]) Reach(graph_.column[e], candidate);
@@ -45,7 +57,7 @@ class NearSearch {
   void Reach(int32_t v, float distance) {
     if (distance_[v] == kFar) touched_.push_back(v);
     distance_[v] = distance;
-    frontier_.emplace_back(distance, v);
+    frontier_.push_back(MakeEntry(distance, v));
     std::push_heap(frontier_.begin(), frontier_.end(), std::greater<>());
   }
 
@@ -57,7 +69,7 @@ class NearSearch {
 
 // Fills `row` from `filled` on with the targets nearest in space that are not in it yet.
 void FillFromSpace(const Points& points, int32_t query, int64_t targets, int filled, int k, int32_t* row) {
-  std::vector<Entry> rest;
+  std::vector<std::pair<float, int32_t>> rest;
   for (int32_t t = 0; t < targets; ++t) {
     if (std::find(row, row + filled, t) != row + filled) continue;
     rest.emplace_back((points.row(t) - points.row(query)).squaredNorm(), t);

@@ -63,21 +63,38 @@ STANCE_MULTIVERSION void AddMaxLeakyRows(const float* a, const int32_t* table, i
   }
 }
 
+// The maxima and the rows they come from, 32 channels at a time so that both stay in registers.
 STANCE_MULTIVERSION void ArgMaxRows(const float* a, const int32_t* table, int64_t begin, int64_t end,
                                     int64_t k, int64_t c, float* out, int32_t* arg) {
   for (int64_t v = begin; v < end; ++v) {
+    const int32_t* row = table + v * k;
     float* o = out + v * c;
     int32_t* g = arg + v * c;
-    const int32_t* row = table + v * k;
-    std::copy(a + row[0] * c, a + row[0] * c + c, o);
-    std::fill(g, g + c, row[0]);
-    for (int64_t j = 1; j < k; ++j) {
-      const int32_t u = row[j];
-      const float* s = a + u * c;
-      for (int64_t i = 0; i < c; ++i) {
-        const bool more = s[i] > o[i];
-        o[i] = more ? s[i] : o[i];
-        g[i] = more ? u : g[i];
+    int64_t i = 0;
+    for (; i + 32 <= c; i += 32) {
+      const float* s = a + row[0] * c + i;
+      Lanes m0 = LanesAt(s), m1 = LanesAt(s + 8), m2 = LanesAt(s + 16), m3 = LanesAt(s + 24);
+      const IntLanes first = IntLanes{} + row[0];
+      IntLanes g0 = first, g1 = first, g2 = first, g3 = first;
+      for (int64_t j = 1; j < k; ++j) {
+        s = a + row[j] * c + i;
+        const IntLanes u = IntLanes{} + row[j];
+        const Lanes s0 = LanesAt(s), s1 = LanesAt(s + 8), s2 = LanesAt(s + 16), s3 = LanesAt(s + 24);
+        g0 = s0 > m0 ? u : g0, g1 = s1 > m1 ? u : g1, g2 = s2 > m2 ? u : g2, g3 = s3 > m3 ? u : g3;
+        m0 = s0 > m0 ? s0 : m0, m1 = s1 > m1 ? s1 : m1, m2 = s2 > m2 ? s2 : m2, m3 = s3 > m3 ? s3 : m3;
+      }
+      LanesAt(o + i) = m0, LanesAt(o + i + 8) = m1, LanesAt(o + i + 16) = m2, LanesAt(o + i + 24) = m3;
+      IntLanesAt(g + i) = g0, IntLanesAt(g + i + 8) = g1, IntLanesAt(g + i + 16) = g2,
+                     IntLanesAt(g + i + 24) = g3;
+    }
+    for (; i < c; ++i) {
+      o[i] = a[row[0] * c + i];
+      g[i] = row[0];
+      for (int64_t j = 1; j < k; ++j) {
+        const float value = a[row[j] * c + i];
+        if (!(value > o[i])) continue;
+        o[i] = value;
+        g[i] = row[j];
       }
     }
   }
@@ -180,6 +197,62 @@ struct SumFunction : torch::autograd::Function<SumFunction> {
   }
 };
 
+// out[v] = sum over j of weights[v, j] a[table[v, j]].
+STANCE_MULTIVERSION void WeightedSumRows(const float* a, const int32_t* table, const float* weights,
+                                         int64_t begin, int64_t end, int64_t k, int64_t c, float* out) {
+  for (int64_t v = begin; v < end; ++v) {
+    float* o = out + v * c;
+    std::fill(o, o + c, 0.0f);
+    for (int64_t j = 0; j < k; ++j) {
+      const float* s = a + table[v * k + j] * c;
+      const float w = weights[v * k + j];
+      for (int64_t i = 0; i < c; ++i) o[i] += w * s[i];
+    }
+  }
+}
+
+STANCE_MULTIVERSION void ScatterWeighted(const float* grad, const int32_t* table, const float* weights,
+                                         int64_t m, int64_t k, int64_t c, int64_t first, int64_t last,
+                                         float* out) {
+  for (int64_t v = 0; v < m; ++v) {
+    const float* g = grad + v * c;
+    for (int64_t j = 0; j < k; ++j) {
+      float* o = out + table[v * k + j] * c;
+      const float w = weights[v * k + j];
+      for (int64_t i = first; i < last; ++i) o[i] += w * g[i];
+    }
+  }
+}
+
+struct WeightedFunction : torch::autograd::Function<WeightedFunction> {
+  static torch::Tensor forward(AutogradContext* ctx, const torch::Tensor& features,
+                               const torch::Tensor& table, const torch::Tensor& weights) {
+    const auto a = features.contiguous();
+    const int64_t m = table.size(0), k = table.size(1), c = a.size(1);
+    auto out = torch::empty({m, c}, a.options());
+    at::parallel_for(0, m, kRowGrain, [&](int64_t begin, int64_t end) {
+      WeightedSumRows(a.data_ptr<float>(), table.data_ptr<int32_t>(), weights.data_ptr<float>(), begin, end,
+                      k, c, out.data_ptr<float>());
+    });
+    ctx->save_for_backward({table, weights});
+    ctx->saved_data["rows"] = a.size(0);
+    return out;
+  }
+  static tensor_list backward(AutogradContext* ctx, const tensor_list& grads) {
+    const auto saved = ctx->get_saved_variables();
+    const auto& table = saved[0];
+    const auto& weights = saved[1];
+    const auto g = grads[0].contiguous();
+    const int64_t m = g.size(0), c = g.size(1), k = table.size(1);
+    auto out = torch::zeros({ctx->saved_data["rows"].toInt(), c}, g.options());
+    at::parallel_for(0, c, kChannelGrain, [&](int64_t first, int64_t last) {
+      ScatterWeighted(g.data_ptr<float>(), table.data_ptr<int32_t>(), weights.data_ptr<float>(), m, k, c,
+                      first, last, out.data_ptr<float>());
+    });
+    return {out, torch::Tensor(), torch::Tensor()};
+  }
+};
+
 torch::Tensor CheckedTable(const torch::Tensor& features, const torch::Tensor& table) {
   STANCE_CHECK(features.dim() == 2 && table.dim() == 2 && table.size(1) >= 1);
   STANCE_CHECK(features.scalar_type() == torch::kFloat32 && table.scalar_type() == torch::kInt32);
@@ -222,6 +295,16 @@ torch::Tensor GatherSum(const torch::Tensor& features, const torch::Tensor& tabl
   const auto rows = CheckedTable(features, table);
   if (!features.device().is_cpu()) return GatherOnDevice(features, rows, /*maximum=*/false);
   return SumFunction::apply(features, rows);
+}
+
+torch::Tensor GatherWeighted(const torch::Tensor& features, const torch::Tensor& table,
+                             const torch::Tensor& weights) {
+  const auto rows = CheckedTable(features, table);
+  STANCE_CHECK(weights.sizes() == rows.sizes() && weights.scalar_type() == torch::kFloat32);
+  if (features.device().is_cpu()) return WeightedFunction::apply(features, rows, weights.contiguous());
+  const auto index = rows.to(torch::kInt64).reshape({-1});
+  return (features.index_select(0, index).reshape({rows.size(0), rows.size(1), -1}) * weights.unsqueeze(2))
+      .sum(1);
 }
 
 }  // namespace stance

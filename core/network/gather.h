@@ -1,5 +1,5 @@
-// Maxima and sums over neighbourhoods: the two operations that the decomposed edge convolution needs beside
-// matrix products. Includes Torch.
+// Maxima and sums over neighbourhoods: what the decomposed edge convolution and the interpolation between
+// levels need beside matrix products. Includes Torch.
 #pragma once
 
 #include <torch/torch.h>
@@ -17,5 +17,10 @@ void AddGatherMaxLeaky(const torch::Tensor& features, const torch::Tensor& table
 
 // out[v, c] = sum over u in table[v] of features[u, c]. Differentiable.
 torch::Tensor GatherSum(const torch::Tensor& features, const torch::Tensor& table);
+
+// out[v, c] = sum over j of weights[v, j] features[table[v, j], c]; weights as table (M, K). Differentiable
+// with respect to the features.
+torch::Tensor GatherWeighted(const torch::Tensor& features, const torch::Tensor& table,
+                             const torch::Tensor& weights);
 
 }  // namespace stance

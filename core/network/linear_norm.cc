@@ -2,6 +2,9 @@
 
 #include <cmath>
 
+#include "core/network/norm_leaky.h"
+#include "core/network/product.h"
+
 namespace stance {
 
 NormFold FoldNorm(const torch::nn::BatchNorm1d& norm) {
@@ -21,7 +24,7 @@ LinearNormImpl::LinearNormImpl(int64_t in, int64_t out, bool batch_norm) {
 
 torch::Tensor LinearNormImpl::forward(const torch::Tensor& x) {
   if (!norm) return Leaky(torch::addmm(bias, x, weight.t()));
-  if (is_training()) return Leaky(norm(torch::mm(x, weight.t())));
+  if (is_training()) return NormLeaky(Product(x, weight), norm, kLeakySlope);
   const auto [scale, shift] = FoldNorm(norm);
   return Leaky(torch::addmm(shift, x, (weight * scale.unsqueeze(1)).t()));
 }
@@ -32,7 +35,7 @@ torch::Tensor LinearNormImpl::ForwardSplit(const torch::Tensor& x, const torch::
   const auto w = weight.slice(1, 0, local), w_mesh = weight.slice(1, local);
   if (norm && is_training()) {
     const auto shared = torch::mm(per_mesh, w_mesh.t()).index_select(0, mesh_of_row);
-    return Leaky(norm(torch::mm(x, w.t()) + shared));
+    return NormLeaky(Product(x, w) + shared, norm, kLeakySlope);
   }
   const auto fold = norm ? FoldNorm(norm) : NormFold{torch::ones_like(bias), bias};
   const auto row_scale = fold.scale.unsqueeze(1);

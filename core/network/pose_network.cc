@@ -1,13 +1,18 @@
 #include "core/network/pose_network.h"
 
+#include <cmath>
+
 #include "core/network/gather.h"
+#include "core/network/norm_leaky.h"
+#include "core/network/product.h"
 #include "core/network/skeletal_networks.h"
 
 namespace stance {
 namespace {
 
 constexpr int64_t kEmbedding = 32;
-constexpr int64_t kMoments = 9;  // centroid and second moments
+constexpr int64_t kMoments = 18;  // centroid, second moments and covariance
+constexpr int64_t kJointWidth = 512;
 // Brings normalised lengths (of the diagonal) and their squares to about one.
 constexpr double kPointScale = 4, kMomentScale = 20, kOffsetScale = 0.1;
 
@@ -26,18 +31,45 @@ torch::Tensor Interpolate(const torch::Tensor& features, const torch::Tensor& co
                           const torch::Tensor& points, const torch::Tensor& table) {
   constexpr double kNear =
       1e-4;  // of the squared diagonal: a row that coincides with a coarse one takes over
-  const auto nearest = table.slice(1, 0, 3).reshape({-1}).to(torch::kInt64);
-  const int64_t n = points.size(0);
-  const auto to = coarse_points.index_select(0, nearest).reshape({n, -1, 3}) - points.unsqueeze(1);
-  auto weight = (to.square().sum(2) + kNear).reciprocal();
-  weight = weight / weight.sum(1, /*keepdim=*/true);
-  return (features.index_select(0, nearest).reshape({n, weight.size(1), -1}) * weight.unsqueeze(2)).sum(1);
+  const auto to = coarse_points.index_select(0, table.reshape({-1})).reshape({points.size(0), -1, 3}) -
+                  points.unsqueeze(1);
+  const auto weight = (to.square().sum(2) + kNear).reciprocal();
+  return GatherWeighted(features, table, weight / weight.sum(1, /*keepdim=*/true));
 }
+
+torch::Tensor LayerLeaky(const torch::Tensor& x, torch::nn::LayerNorm& norm) { return Leaky(norm(x)); }
 
 // x_i x_j for the six pairs.
 torch::Tensor Products(const torch::Tensor& x) { return torch::cat({x * x, x * x.roll({1}, {-1})}, -1); }
 
+// The covariances (B, 24, 9) of the samples' places on the neutral body and on this one, which hold each
+// limb's rotation, divided by their norms.
+torch::Tensor Covariances(const torch::Tensor& canonical, const torch::Tensor& points,
+                          const torch::Tensor& weights, const std::vector<int64_t>& offsets) {
+  constexpr double kTiny = 1e-4;  // that of a limb of a hundredth of the body's size
+  const auto products = [](const torch::Tensor& a, const torch::Tensor& b) {
+    return (a.unsqueeze(-1) * b.unsqueeze(-2)).flatten(-2);
+  };
+  const auto covariance =
+      SkinningPool(products(canonical, points), weights, offsets) -
+      products(SkinningPool(canonical, weights, offsets), SkinningPool(points, weights, offsets));
+  return covariance / (covariance.square().sum(-1, /*keepdim=*/true) + kTiny * kTiny).sqrt();
+}
+
 }  // namespace
+
+JointMixImpl::JointMixImpl(int64_t width) {
+  weight = register_parameter("weight", torch::empty({width, 3 * width}));
+  torch::nn::init::kaiming_normal_(weight, kLeakySlope);
+  mix = register_parameter("mix", 0.2 * torch::randn({kHumanJoints, kHumanJoints}));
+  neighbours = register_buffer("neighbours", SkeletonNeighbours());
+  norm = register_module("norm", torch::nn::LayerNorm(torch::nn::LayerNormOptions({width})));
+}
+
+torch::Tensor JointMixImpl::forward(const torch::Tensor& x) {
+  const auto known = torch::cat({x, torch::matmul(neighbours, x), torch::matmul(mix, x)}, 2);
+  return x + LayerLeaky(Product(known.flatten(0, 1), weight).view_as(x), norm);
+}
 
 torch::Tensor RotationsFromSix(const torch::Tensor& six) {
   const auto normalize = [](const torch::Tensor& v) {
@@ -60,9 +92,9 @@ MaxConvImpl::MaxConvImpl(int64_t in, int64_t out) {
 
 torch::Tensor MaxConvImpl::forward(const torch::Tensor& x, const torch::Tensor& self,
                                    const torch::Tensor& table) {
-  const auto edge = GatherMax(torch::mm(x, weight_edge.t()), table);
-  const auto y = edge.add(torch::mm(self, (weight_self - weight_edge).t()));
-  if (is_training()) return Leaky(norm(y));
+  const auto edge = GatherMax(Product(x, weight_edge), table);
+  const auto y = edge.add(Product(self, weight_self - weight_edge));
+  if (is_training()) return NormLeaky(y, norm, kLeakySlope);
   const auto [scale, shift] = FoldNorm(norm);
   return Leaky(torch::addcmul(shift, y, scale));
 }
@@ -81,12 +113,16 @@ PoseNetworkImpl::PoseNetworkImpl() {
   head = register_module("head", LinearNorm(256, 128, true));
   out = register_module("out", torch::nn::Linear(128, kHumanJoints + 3));
   joint_embedding = register_parameter("joint_embedding", 0.3 * torch::randn({kHumanJoints, kEmbedding}));
-  joint_neighbours = register_buffer("joint_neighbours", SkeletonNeighbours());
-  joint1 = register_module("joint1", LinearNorm(3 * 256 + kMoments + kEmbedding, 256, true));
-  joint2 = register_module("joint2", LinearNorm(2 * 256, 256, true));
-  joint3 = register_module("joint3", LinearNorm(2 * 256, 128, true));
-  joint_out = register_module("joint_out", torch::nn::Linear(128, 3 + 6));
-  confidence_out = register_module("confidence_out", torch::nn::Linear(128, 1));
+  joint_in = register_parameter("joint_in", torch::empty({kJointWidth, 3 * 256 + kMoments + kEmbedding}));
+  torch::nn::init::kaiming_normal_(joint_in, kLeakySlope);
+  joint_norm =
+      register_module("joint_norm", torch::nn::LayerNorm(torch::nn::LayerNormOptions({kJointWidth})));
+  mix1 = register_module("mix1", JointMix(kJointWidth));
+  mix2 = register_module("mix2", JointMix(kJointWidth));
+  joint_out = register_parameter("joint_out", torch::randn({kHumanJoints, kJointWidth, 9}) /
+                                                  std::sqrt(static_cast<double>(kJointWidth)));
+  joint_bias = register_parameter("joint_bias", torch::zeros({kHumanJoints, 9}));
+  confidence_out = register_module("confidence_out", torch::nn::Linear(kJointWidth, 1));
 }
 
 PosePrediction PoseNetworkImpl::forward(const PyramidBatch& batch, const torch::Tensor& pool_weights) {
@@ -95,28 +131,28 @@ PosePrediction PoseNetworkImpl::forward(const PyramidBatch& batch, const torch::
   const auto x2 = down2(x1, x1, batch.near[0]);
   const auto& to_middle = batch.rows[0];  // fine rows of the middle level
   const auto x3 = down3(x2, x2.index_select(0, to_middle), batch.near[0].index_select(0, to_middle));
-  const auto middle_near = batch.near[1].index_select(0, to_middle);
-  const auto x4 = down4(x3, x3, middle_near);
+  const auto x4 = down4(x3, x3, batch.near[1]);
   const auto& to_coarse = batch.rows[1];  // middle rows of the coarse level
-  const auto x5 = down5(x4, x4.index_select(0, to_coarse), middle_near.index_select(0, to_coarse));
-  const auto x6 = down6(x5, x5, batch.near[2].index_select(0, to_coarse));
+  const auto x5 = down5(x4, x4.index_select(0, to_coarse), batch.near[1].index_select(0, to_coarse));
+  const auto x6 = down6(x5, x5, batch.near[2]);
 
   const auto pooled = global(x6);
-  std::vector<torch::Tensor> wholes;
+  std::vector<int64_t> sizes;
   for (int64_t mesh = 0; mesh < batch.mesh_count(); ++mesh) {
-    const auto& offsets = batch.offsets[2];
-    wholes.push_back(std::get<0>(pooled.slice(0, offsets[mesh], offsets[mesh + 1]).max(0)));
+    sizes.push_back(batch.offsets[2][mesh + 1] - batch.offsets[2][mesh]);
   }
+  std::vector<torch::Tensor> wholes;
+  for (const auto& rows : pooled.split_with_sizes(sizes)) wholes.push_back(std::get<0>(rows.max(0)));
   const auto whole = torch::stack(wholes);
 
   const auto middle_points = batch.points.index_select(0, to_middle);
   const auto coarse_points = middle_points.index_select(0, to_coarse);
   auto middle =
-      up1->ForwardSplit(torch::cat({Interpolate(x6, coarse_points, middle_points, batch.near[2]), x4}, 1),
+      up1->ForwardSplit(torch::cat({Interpolate(x6, coarse_points, middle_points, batch.coarse[1]), x4}, 1),
                         whole, MeshOfRow(batch.offsets[1], x0.device()));
-  middle = up_conv(middle, middle, middle_near);
+  middle = up_conv(middle, middle, batch.near[1]);
   const auto fine =
-      up0(torch::cat({Interpolate(middle, middle_points, batch.points, batch.near[1]), x1, x2}, 1));
+      up0(torch::cat({Interpolate(middle, middle_points, batch.points, batch.coarse[0]), x1, x2}, 1));
   const auto samples = out(head(fine));
 
   PosePrediction prediction;
@@ -136,23 +172,22 @@ void PoseNetworkImpl::Joints(const PyramidBatch& batch, const torch::Tensor& wei
       (SkinningPool(Products(batch.points), weights, batch.offsets[0]) - Products(centroid)) * kMomentScale;
   const auto pooled_fine = SkinningPool(fine, weights, batch.offsets[0]);
   const auto pooled_middle = SkinningPool(middle, weights.index_select(0, batch.rows[0]), batch.offsets[1]);
-  const auto every = [&](const torch::Tensor& x) { return x.reshape({meshes * kHumanJoints, -1}); };
-  const auto with_neighbours = [&](const torch::Tensor& x) {
-    const auto by_mesh = x.reshape({meshes, kHumanJoints, -1});
-    return every(torch::cat({by_mesh, torch::matmul(joint_neighbours, by_mesh)}, 2));
-  };
-  auto x = joint1(every(torch::cat(
+  const auto covariance =
+      Covariances(prediction.canonical.detach(), batch.points, weights.detach(), batch.offsets[0]);
+  const auto known = torch::cat(
       {pooled_fine, pooled_middle, whole.unsqueeze(1).expand({meshes, kHumanJoints, whole.size(1)}),
        joint_embedding.unsqueeze(0).expand({meshes, kHumanJoints, kEmbedding}), centroid * kPointScale,
-       moments},
-      2)));
-  x = joint3(with_neighbours(joint2(with_neighbours(x))));
-  const auto values = joint_out(x).reshape({meshes, kHumanJoints, 9});
+       moments, covariance},
+      2);
+  auto x = LayerLeaky(Product(known.flatten(0, 1), joint_in).view({meshes, kHumanJoints, kJointWidth}),
+                      joint_norm);
+  x = mix2(mix1(x));
+  const auto values = torch::einsum("bjc,jco->bjo", {x, joint_out}) + joint_bias;
   prediction.joints = centroid + kOffsetScale * values.slice(2, 0, 3);
   static const auto kUpright = torch::tensor({1.f, 0.f, 0.f, 0.f, 1.f, 0.f});
   prediction.rotations = RotationsFromSix(values.slice(2, 3) + kUpright.to(values.device()));
   // Judges the features without changing them.
-  prediction.confidence = confidence_out(x.detach()).reshape({meshes, kHumanJoints});
+  prediction.confidence = confidence_out(x.detach()).squeeze(2);
 }
 
 }  // namespace stance

@@ -28,6 +28,20 @@ class MaxConvImpl : public torch::nn::Module {
 };
 TORCH_MODULE(MaxConv);
 
+// Lets the joints of a mesh know of each other: x + LeakyReLU(LN(W [x, mean over skeleton neighbours, M x]))
+// with M (24, 24) learned; x (B, 24, C) -> (B, 24, C).
+class JointMixImpl : public torch::nn::Module {
+ public:
+  explicit JointMixImpl(int64_t width);
+  torch::Tensor forward(const torch::Tensor& x);
+
+  torch::Tensor weight;      // (C, 3 C)
+  torch::Tensor mix;         // M
+  torch::Tensor neighbours;  // (24, 24) rows average a joint's parent and children; not learned
+  torch::nn::LayerNorm norm{nullptr};
+};
+TORCH_MODULE(JointMix);
+
 struct PosePrediction {
   torch::Tensor logits;      // (N, 24), softmax gives the skinning weights
   torch::Tensor canonical;   // (N, 3) the sample's place on the neutral body at rest (training/character.h)
@@ -40,8 +54,9 @@ struct PosePrediction {
 // down to the coarsest and up again by interpolation over the 3 nearest, with skips; one global feature.
 //   down  6 -> 64 -> 96 | 160 -> 192 | 256 -> 256, max over the mesh -> 256
 //   up    [256 up, 192, global 256] -> 256 -> 256 | [256 up, 64, 96] -> 256 -> 128 -> 24 + 3
-//   joints  weight-pooled features [256, 256, global 256, centroid 3, second moments 6, the joint's own 32],
-//           three layers that mix each joint with its neighbours' mean -> 3 (from the centroid), 6, 1
+//   joints  weight-pooled features [256, 256, global 256, centroid 3, second moments 6, the covariance of
+//           place and predicted rest-pose place 9, the joint's own 32] -> 512, two layers that mix the
+//           joints, and per joint 512 -> 3 (from the centroid), 6, 1
 // Rotations are Gram-Schmidt of 6 numbers (Zhou et al., On the Continuity of Rotation Representations, 2019).
 class PoseNetworkImpl : public torch::nn::Module {
  public:
@@ -54,10 +69,13 @@ class PoseNetworkImpl : public torch::nn::Module {
   MaxConv up_conv{nullptr};
   LinearNorm global{nullptr}, up1{nullptr}, up0{nullptr}, head{nullptr};
   torch::nn::Linear out{nullptr};
-  torch::Tensor joint_embedding;   // (24, 32)
-  torch::Tensor joint_neighbours;  // (24, 24) rows average a joint's parent and children
-  LinearNorm joint1{nullptr}, joint2{nullptr}, joint3{nullptr};
-  torch::nn::Linear joint_out{nullptr}, confidence_out{nullptr};
+  torch::Tensor joint_embedding;  // (24, 32)
+  torch::Tensor joint_in;         // (512, all that is known of a joint)
+  torch::nn::LayerNorm joint_norm{nullptr};
+  JointMix mix1{nullptr}, mix2{nullptr};
+  torch::Tensor joint_out;   // (24, 512, 3 + 6), a layer of its own for each joint
+  torch::Tensor joint_bias;  // (24, 3 + 6)
+  torch::nn::Linear confidence_out{nullptr};
 
  private:
   void Joints(const PyramidBatch& batch, const torch::Tensor& weights, const torch::Tensor& fine,

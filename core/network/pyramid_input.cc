@@ -1,6 +1,7 @@
 #include "core/network/pyramid_input.h"
 
-#include <algorithm>
+#include <numeric>
+#include <vector>
 
 #include "core/mesh/geodesic_neighbors.h"
 
@@ -12,14 +13,19 @@ int64_t RowsOfLevel(int64_t samples, int level) {
 }
 
 PyramidInput MakePyramidInput(const SurfaceSamples& samples, int threads) {
-  PyramidInput input{samples.points, samples.normals, {}};
-  const int64_t n = samples.points.rows();
-  for (int level = 0; level < kPyramidLevels; ++level) {
-    const int64_t queries = RowsOfLevel(n, std::max(0, level - 1)), targets = RowsOfLevel(n, level);
-    input.near[level] =
-        GeodesicNeighbors(samples.graph, samples.points, 0, queries, targets, kPyramidNeighbors, threads);
+  PyramidInput input{samples.points, samples.normals, {}, {}};
+  SurfaceGraph graph = samples.graph;  // of the level's rows
+  for (int level = 0;; ++level) {
+    const int64_t rows = graph.vertex_count();
+    const Points points = samples.points.topRows(rows);
+    input.near[level] = GeodesicNeighbors(graph, points, 0, rows, rows, kPyramidNeighbors, threads);
+    if (level + 1 == kPyramidLevels) return input;
+    std::vector<int32_t> kept(RowsOfLevel(samples.points.rows(), level + 1));
+    std::iota(kept.begin(), kept.end(), 0);
+    input.coarse[level] =
+        GeodesicNeighbors(graph, points, 0, rows, std::ssize(kept), kCoarseNeighbors, threads);
+    graph = SeedGraph(graph, NearestSeeds(graph, kept), std::ssize(kept));
   }
-  return input;
 }
 
 }  // namespace stance

@@ -12,14 +12,16 @@ namespace stance {
 
 inline constexpr int kPyramidLevels = 3;
 inline constexpr int kPyramidNeighbors = 16;  // the row itself included
+inline constexpr int kCoarseNeighbors = 3;    // between which features are interpolated
 
 // N samples in farthest-point order. Level l is the first RowsOfLevel(N, l) of them: evenly spread, too.
 struct PyramidInput {
   Points points;   // (N, 3) in the mesh's unit; the network normalises them
   Points normals;  // (N, 3) unit, or zero where the surface has none
-  // near[l] (rows, 16): for each row of level l - 1 (of level 0, for l = 0) its nearest of level l along the
-  // surface, nearest first (geodesic_neighbors.h).
+  // near[l] (rows of level l, 16): the nearest of level l; coarse[l] (rows of level l, 3): the nearest of
+  // level l + 1. Along the surface, nearest first (geodesic_neighbors.h).
   std::array<NeighborTable, kPyramidLevels> near;
+  std::array<NeighborTable, kPyramidLevels - 1> coarse;
 };
 
 // N, N / 4 and N / 16, rounded up.

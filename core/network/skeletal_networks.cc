@@ -113,11 +113,14 @@ torch::Tensor WeightNetworkImpl::ForwardPlain(const PointBatch& batch) {
 
 torch::Tensor SkinningPool(const torch::Tensor& features, const torch::Tensor& weights,
                            const std::vector<int64_t>& offsets) {
+  // Split, not sliced: the gradient of each slice would be as large as the whole.
+  std::vector<int64_t> sizes;
+  for (size_t mesh = 0; mesh + 1 < offsets.size(); ++mesh) sizes.push_back(offsets[mesh + 1] - offsets[mesh]);
+  const auto weights_of = weights.split_with_sizes(sizes), features_of = features.split_with_sizes(sizes);
   std::vector<torch::Tensor> pooled;
-  for (size_t mesh = 0; mesh + 1 < offsets.size(); ++mesh) {
-    const auto w = weights.slice(0, offsets[mesh], offsets[mesh + 1]);
-    const auto sum = torch::mm(w.t(), features.slice(0, offsets[mesh], offsets[mesh + 1]));
-    pooled.push_back(sum / w.sum(0).clamp_min(1e-6).unsqueeze(1));
+  for (size_t mesh = 0; mesh < sizes.size(); ++mesh) {
+    const auto& w = weights_of[mesh];
+    pooled.push_back(torch::mm(w.t(), features_of[mesh]) / w.sum(0).clamp_min(1e-6).unsqueeze(1));
   }
   return torch::stack(pooled);
 }

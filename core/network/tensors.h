@@ -34,8 +34,9 @@ void AddSpatialNeighbors(PointBatch& batch);
 struct PyramidBatch {
   torch::Tensor points;   // (N, 3) float32, normalised
   torch::Tensor normals;  // (N, 3) float32
-  // near[l] (rows of level l - 1, or N for l = 0; 16) int32, rows of level l.
+  // (rows of level l, 16) int32, rows of level l; and (rows of level l, 3) int32, rows of level l + 1.
   std::array<torch::Tensor, kPyramidLevels> near;
+  std::array<torch::Tensor, kPyramidLevels - 1> coarse;
   // rows[l] int64: for each row of level l + 1, which row of level l it is.
   std::array<torch::Tensor, kPyramidLevels - 1> rows;
   std::array<std::vector<int64_t>, kPyramidLevels> offsets;  // B + 1 each

@@ -8,8 +8,8 @@
 
 namespace stance {
 
-absl::Status SaveCheckpoint(const std::filesystem::path& path, const NamedModules& modules,
-                            torch::optim::Optimizer* optimizer, const TrainingProgress& progress) {
+absl::Status SaveCheckpoint(const std::filesystem::path& path, const NamedModules& modules, AdamW* optimizer,
+                            const TrainingProgress& progress) {
   try {
     torch::serialize::OutputArchive archive;
     for (const auto& [name, module] : modules) {
@@ -18,7 +18,7 @@ absl::Status SaveCheckpoint(const std::filesystem::path& path, const NamedModule
       archive.write(name, part);
     }
     torch::serialize::OutputArchive optimizer_part;
-    if (optimizer != nullptr) optimizer->save(optimizer_part);
+    if (optimizer != nullptr) optimizer->Save(optimizer_part);
     archive.write("optimizer", optimizer_part);
     archive.write("progress", torch::tensor({static_cast<double>(progress.seen),
                                              static_cast<double>(progress.samples_per_mesh),
@@ -33,8 +33,8 @@ absl::Status SaveCheckpoint(const std::filesystem::path& path, const NamedModule
 }
 
 absl::StatusOr<TrainingProgress> LoadCheckpoint(const std::filesystem::path& path,
-                                                const NamedModules& modules,
-                                                torch::optim::Optimizer* optimizer, torch::Device device) {
+                                                const NamedModules& modules, AdamW* optimizer,
+                                                torch::Device device) {
   STANCE_ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
   try {
     std::istringstream in(bytes);
@@ -48,7 +48,7 @@ absl::StatusOr<TrainingProgress> LoadCheckpoint(const std::filesystem::path& pat
     if (optimizer != nullptr) {
       torch::serialize::InputArchive part;
       archive.read("optimizer", part);
-      optimizer->load(part);
+      optimizer->Load(part);
     }
     torch::Tensor values;
     archive.read("progress", values);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/status.h"
+#include "core/training/adamw.h"
 
 namespace stance {
 
@@ -24,13 +25,13 @@ struct TrainingProgress {
 };
 
 // Modules and optimiser in one file, written aside and renamed. The modules are those of the stage, by name.
-absl::Status SaveCheckpoint(const std::filesystem::path& path, const NamedModules& modules,
-                            torch::optim::Optimizer* optimizer, const TrainingProgress& progress);
+absl::Status SaveCheckpoint(const std::filesystem::path& path, const NamedModules& modules, AdamW* optimizer,
+                            const TrainingProgress& progress);
 
 // Puts all tensors on `device`, wherever they were saved. NOT_FOUND where there is none; DATA_LOSS with the
 // path for a damaged one. `optimizer` may be null.
 absl::StatusOr<TrainingProgress> LoadCheckpoint(const std::filesystem::path& path,
-                                                const NamedModules& modules,
-                                                torch::optim::Optimizer* optimizer, torch::Device device);
+                                                const NamedModules& modules, AdamW* optimizer,
+                                                torch::Device device);
 
 }  // namespace stance

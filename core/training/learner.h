@@ -4,8 +4,10 @@
 #include <ATen/Parallel.h>
 #include <torch/torch.h>
 
+#include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/training/batch_stream.h"
@@ -34,26 +36,27 @@ class Learner {
 
   // The networks, named as in the checkpoint.
   virtual NamedModules modules() const = 0;
-  virtual std::unique_ptr<torch::optim::Optimizer> MakeOptimizer(const std::vector<torch::Tensor>& parameters,
-                                                                 double learning_rate) const = 0;
+  virtual double weight_decay() const = 0;  // AdamW's
   // Begins to make batches, from the character `seen` on.
   virtual void Start(int64_t seen) = 0;
   // The losses on the next batch. REQUIRES: Start was called, with `seen` characters before this batch.
   virtual TrainingStep Next(int64_t seen) = 0;
 };
 
-// Begins to make the stage's batches, from the character `seen` on; each stage sees its own characters.
-// `make` is MakeTrainingBatch or its like. `generator` and `options` outlive the stream.
+// What the stage's stream of characters is asked for; each stage sees its own characters.
+inline SampleOptions SampleOptionsOf(const TrainingOptions& options) {
+  return {options.seed * 3 + static_cast<uint64_t>(options.stage), options.samples_per_mesh,
+          options.max_ring};
+}
+
+// Begins to make the stage's batches by `make(first)`, from the character `seen` on.
 template <typename Batch>
-void StartStream(const CharacterGenerator& generator, const TrainingOptions& options, int64_t seen,
-                 Batch (*make)(const CharacterGenerator&, const SampleOptions&, int64_t, int64_t),
+void StartStream(const TrainingOptions& options, int64_t seen, std::function<Batch(int64_t)> make,
                  std::optional<BatchStream<Batch>>& stream) {
-  const SampleOptions samples{options.seed * 3 + static_cast<uint64_t>(options.stage),
-                              options.samples_per_mesh, options.max_ring};
   stream.emplace(
-      [&generator, &options, samples, make](int64_t first) {
+      [make = std::move(make)](int64_t first) {
         at::set_num_threads(1);
-        return make(generator, samples, first, options.batch_size);
+        return make(first);
       },
       seen, options.batch_size, options.generator_threads);
 }

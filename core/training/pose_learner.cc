@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "core/network/pose_network.h"
+#include "core/network/product.h"
 #include "core/training/learner.h"
 #include "core/training/pose_samples.h"
 
@@ -17,26 +18,29 @@ torch::Tensor Angles(const torch::Tensor& a, const torch::Tensor& b) {
 class PoseLearner : public Learner {
  public:
   PoseLearner(const CharacterGenerator& generator, const TrainingOptions& options)
-      : generator_(generator), options_(options) {}
+      : options_(options), characters_(generator, UnturnedSamples(options), options.reuse) {}
 
   NamedModules modules() const override { return {{"pose", network_.ptr()}}; }
 
-  std::unique_ptr<torch::optim::Optimizer> MakeOptimizer(const std::vector<torch::Tensor>& parameters,
-                                                         double learning_rate) const override {
-    return std::make_unique<torch::optim::AdamW>(
-        parameters, torch::optim::AdamWOptions(learning_rate).weight_decay(1e-4));
-  }
+  double weight_decay() const override { return 1e-4; }
 
-  void Start(int64_t seen) override { StartStream(generator_, options_, seen, MakePoseBatch, stream_); }
+  void Start(int64_t seen) override {
+    StartStream<PoseBatch>(
+        options_, seen, [this](int64_t first) { return characters_.MakeBatch(first, options_.batch_size); },
+        stream_);
+  }
 
   TrainingStep Next(int64_t seen) override {
     const PoseBatch batch = stream_->Next().To(options_.device);
+    const Bfloat16Products products(options_.bfloat16);
     const PosePrediction out = network_(batch.input, PoolWeights(batch, seen));
     const auto log_weights = torch::log_softmax(out.logits, 1);
     const auto weights = torch::kl_div(log_weights, batch.weights).mul(kHumanJoints);  // per sample
     const auto length = [](const torch::Tensor& v) { return (v.square().sum(-1) + 1e-8).sqrt(); };
     const auto joint_error = length(out.joints - batch.joints);
-    const auto rotation_loss = (out.rotations - batch.rotations).square().sum({-2, -1});
+    // The square is flat near the truth, the length is not.
+    const auto rotation_square = (out.rotations - batch.rotations).square().sum({-2, -1});
+    const auto rotation_loss = 0.5 * rotation_square + (rotation_square + 1e-6).sqrt();
     const auto angles = Angles(out.rotations.detach(), batch.rotations);
     const auto right = (angles < kRightAngle).logical_and(joint_error.detach() < kRightDistance);
     const auto confidence =
@@ -67,9 +71,15 @@ class PoseLearner : public Learner {
     return random.Uniform(0, 1) < share ? batch.weights : torch::Tensor();
   }
 
-  const CharacterGenerator& generator_;
+  static SampleOptions UnturnedSamples(const TrainingOptions& options) {
+    SampleOptions samples = SampleOptionsOf(options);
+    samples.turn = false;  // the stream turns them
+    return samples;
+  }
+
   const TrainingOptions& options_;
   PoseNetwork network_;
+  PoseStream characters_;
   std::optional<BatchStream<PoseBatch>> stream_;
 };
 

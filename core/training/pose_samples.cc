@@ -1,6 +1,11 @@
 #include "core/training/pose_samples.h"
 
-#include <vector>
+#include <algorithm>
+#include <utility>
+
+#include "core/base/check.h"
+#include "core/training/joint_limits.h"
+#include "core/training/pose_sampler.h"
 
 namespace stance {
 namespace {
@@ -20,25 +25,82 @@ torch::Tensor Tensor(const std::vector<Rotation>& rotations) {
   return tensor;
 }
 
+PoseSample MakeSample(const CharacterGenerator& generator, const SampleOptions& options, int64_t index) {
+  const Character character = MakeTrainingCharacter(generator, options, index);
+  const SurfaceSamples surface = ResampleSurface(character.mesh, {options.samples, options.max_ring});
+  return {MakePyramidInput(surface, /*threads=*/1), ValuesAt(character.weights, surface.place),
+          ValuesAt(character.canonical, surface.place), character.joints, character.rotations};
+}
+
+PoseBatch Stack(const std::vector<PoseSample>& samples) {
+  std::vector<const PyramidInput*> inputs;
+  std::vector<torch::Tensor> weights, canonical, joints, rotations;
+  for (const PoseSample& sample : samples) {
+    inputs.push_back(&sample.input);
+    weights.push_back(Tensor(sample.weights));
+    canonical.push_back(Tensor(RowMatrix(sample.canonical)));
+    joints.push_back(Tensor(RowMatrix(NormalizationOf(sample.input.points).Apply(sample.joints))));
+    rotations.push_back(Tensor(sample.rotations));
+  }
+  return {StackPyramids(inputs), torch::cat(weights), torch::cat(canonical), torch::stack(joints),
+          torch::stack(rotations)};
+}
+
 }  // namespace
 
-PoseBatch MakePoseBatch(const CharacterGenerator& generator, const SampleOptions& options, int64_t first,
-                        int64_t size) {
-  std::vector<PyramidInput> inputs;
-  std::vector<torch::Tensor> weights, canonical, joints, rotations;
-  for (int64_t i = 0; i < size; ++i) {
-    const Character character = MakeTrainingCharacter(generator, options, first + i);
-    const SurfaceSamples surface = ResampleSurface(character.mesh, {options.samples, options.max_ring});
-    inputs.push_back(MakePyramidInput(surface, /*threads=*/1));
-    weights.push_back(Tensor(ValuesAt(character.weights, surface.place)));
-    canonical.push_back(Tensor(ValuesAt(character.canonical, surface.place)));
-    joints.push_back(Tensor(RowMatrix(NormalizationOf(surface.points).Apply(character.joints))));
-    rotations.push_back(Tensor(character.rotations));
+PoseSample Mirrored(const PoseSample& sample) {
+  PoseSample mirrored = sample;
+  const Eigen::Vector3f flip(-1, 1, 1);
+  for (Points* points : {&mirrored.input.points, &mirrored.input.normals, &mirrored.canonical}) {
+    points->col(0) *= -1;
   }
-  std::vector<const PyramidInput*> pointers;
-  for (const PyramidInput& input : inputs) pointers.push_back(&input);
-  return {StackPyramids(pointers), torch::cat(weights), torch::cat(canonical), torch::stack(joints),
-          torch::stack(rotations)};
+  for (int j = 0; j < kHumanJoints; ++j) {
+    const int other = MirrorJoint(j);
+    mirrored.weights.col(j) = sample.weights.col(other);
+    mirrored.joints.row(j) = sample.joints.row(other) * flip.asDiagonal();
+    mirrored.rotations[j] = flip.asDiagonal() * sample.rotations[other] * flip.asDiagonal();
+  }
+  return mirrored;
+}
+
+PoseSample Turned(PoseSample sample, const Rotation& turn) {
+  for (Points* points : {&sample.input.points, &sample.input.normals, &sample.joints}) {
+    *points = (*points * turn.transpose()).eval();
+  }
+  for (Rotation& rotation : sample.rotations) rotation = turn * rotation;
+  return sample;
+}
+
+PoseStream::PoseStream(const CharacterGenerator& generator, const SampleOptions& options, int64_t reuse)
+    : generator_(generator), options_(options), reuse_(reuse), window_(kWindow) {
+  STANCE_CHECK(reuse >= 1);
+}
+
+std::shared_ptr<const PoseSample> PoseStream::CharacterAt(int64_t index) {
+  Slot& slot = window_[index % kWindow];
+  {
+    const std::lock_guard lock(mutex_);
+    if (slot.character == index) return slot.sample;
+  }
+  auto sample = std::make_shared<const PoseSample>(MakeSample(generator_, options_, index));
+  const std::lock_guard lock(mutex_);
+  if (slot.character < index) slot = {index, sample};
+  return sample;
+}
+
+PoseSample PoseStream::At(int64_t index) {
+  Random random(options_.seed ^ 0x3c6e'f372ULL, static_cast<uint64_t>(index));
+  int64_t character = index / reuse_;
+  if (index % reuse_ != 0) character -= random.Below(std::min(character + 1, kWindow));
+  const std::shared_ptr<const PoseSample> sample = CharacterAt(character);
+  const bool mirror = random.Chance(0.5);
+  return Turned(mirror ? Mirrored(*sample) : *sample, SampleGlobalTurn(random));
+}
+
+PoseBatch PoseStream::MakeBatch(int64_t first, int64_t size) {
+  std::vector<PoseSample> samples;
+  for (int64_t i = 0; i < size; ++i) samples.push_back(At(first + i));
+  return Stack(samples);
 }
 
 PoseBatch PoseBatch::To(torch::Device device) const {

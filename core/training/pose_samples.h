@@ -4,25 +4,69 @@
 #include <torch/torch.h>
 
 #include <cstdint>
+#include <memory>
+#include <mutex>
+#include <vector>
 
 #include "core/network/tensors.h"
 #include "core/training/sample_stream.h"
 
 namespace stance {
 
-// B characters with what the losses compare to.
+// One character, with what the losses compare to.
+struct PoseSample {
+  PyramidInput input;
+  RowMatrix weights;                // (N, 24) true, rows sum to 1
+  Points canonical;                 // (N, 3), Character::canonical
+  Points joints;                    // (24, 3), as the points are
+  std::vector<Rotation> rotations;  // (24), Character::rotations
+};
+
+// B characters.
 struct PoseBatch {
   PyramidBatch input;
-  torch::Tensor weights;    // (N, 24) true, rows sum to 1
-  torch::Tensor canonical;  // (N, 3), Character::canonical
+  torch::Tensor weights;    // (N, 24)
+  torch::Tensor canonical;  // (N, 3)
   torch::Tensor joints;     // (B, 24, 3) normalised as the points are
-  torch::Tensor rotations;  // (B, 24, 3, 3), Character::rotations
+  torch::Tensor rotations;  // (B, 24, 3, 3)
 
   PoseBatch To(torch::Device device) const;
 };
 
-// The batch of characters first .. first + size - 1 of the stream: the same arguments give the same batch.
-PoseBatch MakePoseBatch(const CharacterGenerator& generator, const SampleOptions& options, int64_t first,
-                        int64_t size);
+// The sample as a mirror in the plane x = 0 shows it: left is right.
+PoseSample Mirrored(const PoseSample& sample);
+
+// The sample turned about the origin.
+PoseSample Turned(PoseSample sample, const Rotation& turn);
+
+// An endless stream of samples in which each character comes `reuse` times on average, turned and mirrored
+// anew each time: to make one costs far more than to turn it. Sample i is the character i / reuse where i is
+// a multiple of reuse, else one of the kWindow before that. The same arguments give the same samples.
+// Thread-safe.
+class PoseStream {
+ public:
+  static constexpr int64_t kWindow = 4096;  // characters kept: about 1 GB at 1,024 samples
+
+  // `generator` outlives the stream.
+  PoseStream(const CharacterGenerator& generator, const SampleOptions& options, int64_t reuse);
+
+  // The samples first .. first + size - 1.
+  PoseBatch MakeBatch(int64_t first, int64_t size);
+
+ private:
+  struct Slot {
+    int64_t character = -1;
+    std::shared_ptr<const PoseSample> sample;
+  };
+
+  std::shared_ptr<const PoseSample> CharacterAt(int64_t index);
+  PoseSample At(int64_t index);
+
+  const CharacterGenerator& generator_;
+  const SampleOptions options_;
+  const int64_t reuse_;
+  std::mutex mutex_;
+  std::vector<Slot> window_;  // guarded by mutex_; character c in slot c % kWindow
+};
 
 }  // namespace stance

@@ -29,6 +29,7 @@ Character MakeTrainingCharacter(const CharacterGenerator& generator, const Sampl
   CharacterOptions character_options;
   character_options.split = options.split;
   character_options.poses = options.poses;
+  character_options.global_rotation = options.turn;
   if (options.augment) {
     character_options.vertices = -1;
     character_options.anisotropic_scale = true;

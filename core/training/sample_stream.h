@@ -28,6 +28,7 @@ struct SampleOptions {
   Split split = Split::kTrain;
   PoseMix poses = PoseMix::kTraining;
   bool augment = true;  // noise, per-limb scale, random resolution
+  bool turn = true;     // CharacterOptions::global_rotation
 };
 
 // The index-th character of the stream, posed, scaled and roughened as the options say.

@@ -32,12 +32,16 @@ class SkeletalLearner : public Learner {
     return modules;
   }
 
-  std::unique_ptr<torch::optim::Optimizer> MakeOptimizer(const std::vector<torch::Tensor>& parameters,
-                                                         double learning_rate) const override {
-    return std::make_unique<torch::optim::Adam>(parameters, torch::optim::AdamOptions(learning_rate));
-  }
+  double weight_decay() const override { return 0; }
 
-  void Start(int64_t seen) override { StartStream(generator_, options_, seen, MakeTrainingBatch, stream_); }
+  void Start(int64_t seen) override {
+    StartStream<TrainingBatch>(
+        options_, seen,
+        [this](int64_t first) {
+          return MakeTrainingBatch(generator_, SampleOptionsOf(options_), first, options_.batch_size);
+        },
+        stream_);
+  }
 
   TrainingStep Next(int64_t seen) override {
     const TrainingBatch batch = stream_->Next().To(options_.device);

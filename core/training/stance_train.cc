@@ -9,6 +9,7 @@
 #include "core/base/allocator.h"
 #include "core/mesh/mesh_io.h"
 #include "core/network/pose_model.h"
+#include "core/network/product.h"
 #include "core/network/skeletal_model.h"
 #include "core/training/character_generator.h"
 #include "core/training/trainer.h"
@@ -81,6 +82,7 @@ int main(int argc, char** argv) {
   stance::TrainingOptions options;
   std::optional<int64_t> batch;
   std::optional<double> learning_rate;
+  std::optional<bool> bfloat16;
   std::string stage = "weights";
   auto* run = app.add_subcommand("run", "Run one training stage, or continue it");
   run->add_option("--data", data, "Pack written by 'stance-train pack'")->required();
@@ -97,6 +99,11 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   run->add_option("--loss-points", options.loss_points, "Points per mesh in f_C's loss")
       ->capture_default_str();
+  run->add_option("--reuse", options.reuse,
+                  "How often each character comes in stage pose, turned and mirrored anew")
+      ->capture_default_str();
+  run->add_flag("--bf16,!--no-bf16", bfloat16,
+                "Products in bfloat16 in stage pose [where the CPU has AMX, and on CUDA]");
   run->add_option("--threads", options.threads, "Threads of the networks")->capture_default_str();
   run->add_option("--generator-threads", options.generator_threads, "Threads that make samples")
       ->capture_default_str();
@@ -139,6 +146,7 @@ int main(int argc, char** argv) {
   options.stage = *parsed;
   options.batch_size = batch.value_or(defaults.batch_size);
   options.learning_rate = learning_rate.value_or(defaults.learning_rate);
+  options.bfloat16 = bfloat16.value_or(options.device != "cpu" || stance::CpuMultipliesBfloat16());
   auto generator = CharacterGenerator::FromPack(data);
   if (!generator.ok()) return Finish(generator.status());
   return Finish(stance::Train(**generator, options, Report));

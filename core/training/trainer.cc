@@ -27,6 +27,8 @@ std::filesystem::path CheckpointPath(const std::filesystem::path& dir, TrainingS
   return dir / (TrainingStageName(stage) + ".ckpt");
 }
 
+constexpr double kLongestGradient = 2;
+
 double CosineRate(const TrainingOptions& options, int64_t seen) {
   const double done = std::min(1.0, static_cast<double>(seen) / static_cast<double>(options.total_samples));
   const double cosine = 0.5 * (1 + std::cos(std::numbers::pi * done));
@@ -76,7 +78,7 @@ absl::Status CheckOptions(const TrainingOptions& options) {
        {Whole{"samples_per_mesh", options.samples_per_mesh, 64, 100'000},
         Whole{"max_ring", options.max_ring, 1, 64}, Whole{"batch_size", options.batch_size, 1, 4096},
         Whole{"total_samples", options.total_samples, 1, kAny},
-        Whole{"loss_points", options.loss_points, 1, kAny}, Whole{"threads", options.threads, 1, 1024},
+        Whole{"loss_points", options.loss_points, 1, kAny}, Whole{"reuse", options.reuse, 1, 1000}, Whole{"threads", options.threads, 1, 1024},
         Whole{"generator_threads", options.generator_threads, 1, 1024}}) {
     if (option.value >= option.least && option.value <= option.most) continue;
     return absl::InvalidArgumentError(
@@ -124,10 +126,10 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
     module->train();
     for (const auto& parameter : module->parameters()) parameters.push_back(parameter);
   }
-  const auto optimizer = learner->MakeOptimizer(parameters, options.learning_rate);
+  AdamW optimizer(parameters, learner->weight_decay());
   const auto checkpoint = CheckpointPath(options.work_dir, options.stage);
   TrainingProgress progress{0, options.samples_per_mesh, options.max_ring, 0};
-  if (auto resumed = LoadCheckpoint(checkpoint, modules, optimizer.get(), device); resumed.ok()) {
+  if (auto resumed = LoadCheckpoint(checkpoint, modules, &optimizer, device); resumed.ok()) {
     STANCE_RETURN_IF_ERROR(CheckSameSamples(checkpoint, *resumed, progress));
     progress = *resumed;
     report(fmt::format("resuming {} at {} characters", TrainingStageName(options.stage), progress.seen));
@@ -149,11 +151,10 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
   int64_t steps = 0;
   while (progress.seen < options.total_samples) {
     const double rate = CosineRate(options, progress.seen);
-    for (auto& group : optimizer->param_groups()) group.options().set_lr(rate);
     const TrainingStep step = learner->Next(progress.seen);
-    optimizer->zero_grad();
+    optimizer.ClearGradients();
     step.loss.backward();
-    const double gradient = torch::nn::utils::clip_grad_norm_(parameters, 2.0);
+    const double gradient = optimizer.Step(rate, kLongestGradient);
     const auto loss = step.loss.item<double>();
     if (!std::isfinite(loss) || !std::isfinite(gradient)) {
       return absl::InternalError(
@@ -162,7 +163,6 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
                       "rate than {} may help; the last checkpoint is kept",
                       TrainingStageName(options.stage), progress.seen, loss, gradient, rate));
     }
-    optimizer->step();
     progress.seen += options.batch_size;
     ++steps;
     sums.loss += loss;
@@ -198,7 +198,7 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
     }
     if (last || Seconds(now - last_checkpoint).count() > options.checkpoint_minutes * 60) {
       last_checkpoint = now;
-      STANCE_RETURN_IF_ERROR(SaveCheckpoint(checkpoint, modules, optimizer.get(), progress));
+      STANCE_RETURN_IF_ERROR(SaveCheckpoint(checkpoint, modules, &optimizer, progress));
       STANCE_ASSIGN_OR_RETURN(const auto rows, ReadLog(csv));
       auto svg = csv;
       STANCE_RETURN_IF_ERROR(WriteLossPlot(rows, "loss, stage " + TrainingStageName(options.stage),

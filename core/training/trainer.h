@@ -39,6 +39,10 @@ struct TrainingOptions {
   double final_rate = 0.02;     // fraction of learning_rate at the end of the cosine
   // Points per mesh on which f_C's head and loss are evaluated: neighbours say nearly the same.
   int64_t loss_points = 256;
+  // How often each character comes in stage "pose", turned and mirrored anew (pose_samples.h).
+  int64_t reuse = 1;
+  // Matrix products with bfloat16 operands in stage "pose" (product.h).
+  bool bfloat16 = false;
   int threads = 1;             // for the networks
   int generator_threads = 1;   // for the samples
   std::string device = "cpu";  // or "cuda"

@@ -25,6 +25,19 @@ TEST(GatherSum, IsTheSumOverNeighbours) {
   EXPECT_LT((GatherSum(x, table) - Gathered(x, table).sum(1)).abs().max().item<float>(), 1e-5);
 }
 
+TEST(GatherWeighted, IsTheWeightedSumOverNeighboursAndSoIsItsGradient) {
+  torch::manual_seed(4);
+  const auto table = RandomTable(80, 3, 100);
+  const auto weights = torch::rand({80, 3}), upstream = torch::randn({80, 37});
+  const auto x = torch::randn({100, 37}).requires_grad_(), y = x.detach().clone().requires_grad_();
+  const auto ours = GatherWeighted(x, table, weights);
+  const auto plain = (Gathered(y, table) * weights.unsqueeze(2)).sum(1);
+  EXPECT_LT((ours - plain).abs().max().item<float>(), 1e-5);
+  (ours * upstream).sum().backward();
+  (plain * upstream).sum().backward();
+  EXPECT_LT((x.grad() - y.grad()).abs().max().item<float>(), 1e-5);
+}
+
 TEST(Gather, GradientsEqualThoseOfThePlainFormulation) {
   torch::manual_seed(3);
   const auto table = RandomTable(80, 7, 100);

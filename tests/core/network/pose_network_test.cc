@@ -47,10 +47,17 @@ TEST(PyramidInput, LevelsAreQuartersRoundedUp) {
 TEST(PyramidInput, NeighboursAreOfTheirLevel) {
   const PyramidInput input = InputOf(Lopsided(), 200);
   for (int level = 0; level < kPyramidLevels; ++level) {
-    EXPECT_EQ(input.near[level].rows(), RowsOfLevel(200, std::max(0, level - 1)));
+    EXPECT_EQ(input.near[level].rows(), RowsOfLevel(200, level));
     EXPECT_GE(input.near[level].minCoeff(), 0);
     EXPECT_LT(input.near[level].maxCoeff(), RowsOfLevel(200, level));
     for (int64_t row = 0; row < RowsOfLevel(200, level); ++row) EXPECT_EQ(input.near[level](row, 0), row);
+    if (level + 1 == kPyramidLevels) break;
+    EXPECT_EQ(input.coarse[level].rows(), RowsOfLevel(200, level));
+    EXPECT_EQ(input.coarse[level].cols(), kCoarseNeighbors);
+    EXPECT_LT(input.coarse[level].maxCoeff(), RowsOfLevel(200, level + 1));
+    for (int64_t row = 0; row < RowsOfLevel(200, level + 1); ++row) {
+      EXPECT_EQ(input.coarse[level](row, 0), row);
+    }
   }
 }
 
@@ -61,8 +68,10 @@ TEST(StackPyramids, StacksEachLevelByItself) {
   EXPECT_EQ(batch.offsets[1], (std::vector<int64_t>{0, 50, 50 + 38}));
   EXPECT_EQ(batch.offsets[2], (std::vector<int64_t>{0, 13, 13 + 10}));
   EXPECT_TRUE(batch.points.slice(0, 200).equal(second.points));
-  EXPECT_TRUE((batch.near[1].slice(0, 200) - 50).equal(second.near[1]));
-  EXPECT_TRUE((batch.near[2].slice(0, 50) - 13).equal(second.near[2]));
+  EXPECT_TRUE((batch.near[1].slice(0, 50) - 50).equal(second.near[1]));
+  EXPECT_TRUE((batch.near[2].slice(0, 13) - 13).equal(second.near[2]));
+  EXPECT_TRUE((batch.coarse[0].slice(0, 200) - 50).equal(second.coarse[0]));
+  EXPECT_TRUE((batch.coarse[1].slice(0, 50) - 13).equal(second.coarse[1]));
   EXPECT_TRUE((batch.rows[0].slice(0, 50) - 200).equal(second.rows[0]));
   EXPECT_TRUE((batch.rows[1].slice(0, 13) - 50).equal(second.rows[1]));
 }

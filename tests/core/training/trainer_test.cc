@@ -9,7 +9,6 @@
 #include "core/network/pose_model.h"
 #include "core/network/skeletal_model.h"
 #include "core/training/batch_stream.h"
-#include "core/training/pose_samples.h"
 #include "core/training/sample_stream.h"
 #include "core/training/training_log.h"
 #include "tests/core/training/small_data.h"
@@ -127,19 +126,6 @@ TEST_F(TrainerTest, TheStagePoseLearns) {
   EXPECT_EQ(SkeletalModel::Load(dir).status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(ExportModel(work_.path() / "none", dir, Manifest("tiny", "3", kStanceMethod)).code(),
             absl::StatusCode::kFailedPrecondition);
-}
-
-TEST_F(TrainerTest, PoseBatchesHoldTheTruth) {
-  const SampleOptions options{5, 96, 12};
-  const PoseBatch batch = MakePoseBatch(*generator_, options, 3, 4);
-  EXPECT_EQ(batch.weights.sizes(), (std::vector<int64_t>{4 * 96, 24}));
-  EXPECT_LT((batch.weights.sum(1) - 1).abs().max().item<float>(), 1e-4f);
-  EXPECT_LE(batch.canonical.abs().max().item<float>(), 1.0f);
-  const auto identity = torch::matmul(batch.rotations, batch.rotations.transpose(2, 3)) - torch::eye(3);
-  EXPECT_LT(identity.abs().max().item<float>(), 1e-4f);
-  // The same characters as paper A's networks see.
-  EXPECT_TRUE(batch.joints.equal(MakeTrainingBatch(*generator_, options, 3, 4).joints));
-  EXPECT_TRUE(batch.input.points.equal(MakePoseBatch(*generator_, options, 3, 4).input.points));
 }
 
 TEST_F(TrainerTest, AResumedRunEqualsAnUnbrokenOne) {

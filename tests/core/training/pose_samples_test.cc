@@ -1,0 +1,112 @@
+#include "core/training/pose_samples.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "tests/core/training/small_data.h"
+
+namespace stance {
+namespace {
+
+class PoseSamplesTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    data_ = std::make_unique<testing::TemporaryFolder>();
+    testing::WriteSmallBody(data_->path() / "body");
+    testing::WriteSmallMotions(data_->path() / "motions", 12);
+    generator_ = *CharacterGenerator::FromData(data_->path() / "body", data_->path() / "motions");
+  }
+  static void TearDownTestSuite() {
+    generator_.reset();
+    data_.reset();
+  }
+
+  static inline std::unique_ptr<testing::TemporaryFolder> data_;
+  static inline std::unique_ptr<CharacterGenerator> generator_;
+};
+
+// Of random numbers: what matters is which goes where.
+PoseSample RandomSample() {
+  std::srand(3);
+  PoseSample sample;
+  sample.input.points = Points::Random(20, 3);
+  sample.input.normals = Points::Random(20, 3).rowwise().normalized();
+  sample.weights = RowMatrix::Random(20, kHumanJoints).cwiseAbs();
+  sample.canonical = Points::Random(20, 3);
+  sample.joints = Points::Random(kHumanJoints, 3);
+  for (int j = 0; j < kHumanJoints; ++j) {
+    sample.rotations.emplace_back(Eigen::Quaternionf::UnitRandom().toRotationMatrix());
+  }
+  return sample;
+}
+
+TEST(Mirrored, TwiceGivesTheSampleBack) {
+  const PoseSample sample = RandomSample(), back = Mirrored(Mirrored(sample));
+  EXPECT_EQ(back.input.points, sample.input.points);
+  EXPECT_EQ(back.input.normals, sample.input.normals);
+  EXPECT_EQ(back.weights, sample.weights);
+  EXPECT_EQ(back.canonical, sample.canonical);
+  EXPECT_EQ(back.joints, sample.joints);
+  for (int j = 0; j < kHumanJoints; ++j) EXPECT_EQ(back.rotations[j], sample.rotations[j]);
+}
+
+TEST(Mirrored, LeftIsRight) {
+  const PoseSample sample = RandomSample(), mirrored = Mirrored(sample);
+  EXPECT_EQ(mirrored.weights.col(kLeftKnee), sample.weights.col(kRightKnee));
+  EXPECT_EQ(mirrored.joints(kLeftKnee, 0), -sample.joints(kRightKnee, 0));
+  EXPECT_EQ(mirrored.joints(kLeftKnee, 1), sample.joints(kRightKnee, 1));
+  EXPECT_NEAR(mirrored.rotations[kLeftKnee].determinant(), 1, 1e-5);
+}
+
+TEST(Turned, CarriesPlacesAndRotationsAlong) {
+  const PoseSample sample = RandomSample();
+  const Rotation turn = Eigen::AngleAxisf(1.1f, Eigen::Vector3f(1, 2, 3).normalized()).toRotationMatrix();
+  const PoseSample turned = Turned(sample, turn);
+  // A place on a limb, in the limb's own frame, is where it was.
+  for (int j = 0; j < kHumanJoints; ++j) {
+    const Eigen::Vector3f before =
+        sample.rotations[j].transpose() * (sample.input.points.row(0) - sample.joints.row(j)).transpose();
+    const Eigen::Vector3f after =
+        turned.rotations[j].transpose() * (turned.input.points.row(0) - turned.joints.row(j)).transpose();
+    EXPECT_LT((before - after).norm(), 1e-5f);
+  }
+  EXPECT_LT((turned.input.normals - sample.input.normals * turn.transpose()).norm(), 1e-5f);
+  EXPECT_EQ(turned.canonical, sample.canonical);
+  EXPECT_EQ(turned.weights, sample.weights);
+}
+
+TEST_F(PoseSamplesTest, BatchesHoldTheTruth) {
+  const SampleOptions options{5, 96, 12};
+  PoseStream stream(*generator_, options, 1);
+  const PoseBatch batch = stream.MakeBatch(3, 4);
+  EXPECT_EQ(batch.weights.sizes(), (std::vector<int64_t>{4 * 96, 24}));
+  EXPECT_LT((batch.weights.sum(1) - 1).abs().max().item<float>(), 1e-4f);
+  EXPECT_LE(batch.canonical.abs().max().item<float>(), 1.0f);
+  const auto identity = torch::matmul(batch.rotations, batch.rotations.transpose(2, 3)) - torch::eye(3);
+  EXPECT_LT(identity.abs().max().item<float>(), 1e-4f);
+}
+
+TEST_F(PoseSamplesTest, AStreamGivesTheSameBatchesInAnyOrder) {
+  const SampleOptions options{5, 96, 12};
+  PoseStream forward(*generator_, options, 3), backward(*generator_, options, 3);
+  const PoseBatch early = forward.MakeBatch(0, 6), late = forward.MakeBatch(6, 6);
+  const PoseBatch late_first = backward.MakeBatch(6, 6), early_last = backward.MakeBatch(0, 6);
+  EXPECT_TRUE(early.input.points.equal(early_last.input.points));
+  EXPECT_TRUE(late.input.points.equal(late_first.input.points));
+  EXPECT_TRUE(late.rotations.equal(late_first.rotations));
+}
+
+TEST_F(PoseSamplesTest, ReuseGivesTheSameCharactersTurnedAnew) {
+  const SampleOptions options{5, 96, 12};
+  PoseStream stream(*generator_, options, 2);
+  // The second sample is the first's character: there is no other yet. Its canonical places, mirrored or not,
+  // and the spread of its points about their centre are the same.
+  const PoseBatch batch = stream.MakeBatch(0, 2);
+  const auto canonical = batch.canonical.reshape({2, 96, 3}).abs();
+  EXPECT_TRUE(canonical[0].equal(canonical[1]));
+  EXPECT_FALSE(batch.rotations[0].equal(batch.rotations[1]));
+}
+
+}  // namespace
+}  // namespace stance
