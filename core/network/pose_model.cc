@@ -73,6 +73,7 @@ absl::StatusOr<std::vector<PoseEstimate>> PoseModel::Infer(std::span<const Pyram
     const PosePrediction out = networks_->pose->forward(batch.To(networks_->device));
     const auto weights = torch::softmax(out.logits, 1).cpu(), canonical = out.canonical.cpu();
     const auto joints = out.joints.reshape({-1, 3}).cpu(), rotations = out.rotations.reshape({-1, 9}).cpu();
+    const auto bones = out.bones.reshape({-1, 3}).cpu();
     const auto confidence = torch::sigmoid(out.confidence).cpu();
     for (size_t mesh = 0; mesh < inputs.size(); ++mesh) {
       const int64_t first = batch.offsets[0][mesh], count = batch.offsets[0][mesh + 1] - first;
@@ -80,7 +81,9 @@ absl::StatusOr<std::vector<PoseEstimate>> PoseModel::Infer(std::span<const Pyram
       PoseEstimate& estimate = estimates[mesh];
       estimate.weights = Rows(weights, first, count);
       estimate.canonical = Rows(canonical, first, count);
-      estimate.joints = NormalizationOf(inputs[mesh].points).Invert(Rows(joints, first_joint, kHumanJoints));
+      const Normalization normalization = NormalizationOf(inputs[mesh].points);
+      estimate.joints = normalization.Invert(Rows(joints, first_joint, kHumanJoints));
+      estimate.bones = Rows(bones, first_joint, kHumanJoints) * normalization.scale;
       const RowMatrix nine = Rows(rotations, first_joint, kHumanJoints);
       for (int j = 0; j < kHumanJoints; ++j) {
         estimate.rotations.emplace_back(

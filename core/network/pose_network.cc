@@ -122,6 +122,8 @@ PoseNetworkImpl::PoseNetworkImpl() {
   joint_out = register_parameter("joint_out", torch::randn({kHumanJoints, kJointWidth, 9}) /
                                                   std::sqrt(static_cast<double>(kJointWidth)));
   joint_bias = register_parameter("joint_bias", torch::zeros({kHumanJoints, 9}));
+  bone_out = register_parameter("bone_out", torch::zeros({kHumanJoints, kJointWidth, 3}));
+  bone_bias = register_parameter("bone_bias", torch::zeros({kHumanJoints, 3}));
   confidence_out = register_module("confidence_out", torch::nn::Linear(kJointWidth, 1));
 }
 
@@ -183,6 +185,7 @@ void PoseNetworkImpl::Joints(const PyramidBatch& batch, const torch::Tensor& wei
                       joint_norm);
   x = mix2(mix1(x));
   const auto values = torch::einsum("bjc,jco->bjo", {x, joint_out}) + joint_bias;
+  prediction.bones = kOffsetScale * (torch::einsum("bjc,jco->bjo", {x, bone_out}) + bone_bias);
   prediction.joints = centroid + kOffsetScale * values.slice(2, 0, 3);
   static const auto kUpright = torch::tensor({1.f, 0.f, 0.f, 0.f, 1.f, 0.f});
   prediction.rotations = RotationsFromSix(values.slice(2, 3) + kUpright.to(values.device()));

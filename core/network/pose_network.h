@@ -46,6 +46,7 @@ struct PosePrediction {
   torch::Tensor logits;      // (N, 24), softmax gives the skinning weights
   torch::Tensor canonical;   // (N, 3) the sample's place on the neutral body at rest (training/character.h)
   torch::Tensor joints;      // (B, 24, 3) normalised as the points are
+  torch::Tensor bones;       // (B, 24, 3) from the parent to the joint in the rest pose, normalised likewise
   torch::Tensor rotations;   // (B, 24, 3, 3) global, from the rest pose
   torch::Tensor confidence;  // (B, 24) logit of the probability that joint and rotation are right
 };
@@ -56,7 +57,7 @@ struct PosePrediction {
 //   up    [256 up, 192, global 256] -> 256 -> 256 | [256 up, 64, 96] -> 256 -> 128 -> 24 + 3
 //   joints  weight-pooled features [256, 256, global 256, centroid 3, second moments 6, the covariance of
 //           place and predicted rest-pose place 9, the joint's own 32] -> 512, two layers that mix the
-//           joints, and per joint 512 -> 3 (from the centroid), 6, 1
+//           joints, and per joint 512 -> 3 (from the centroid), 6, 3 (the bone), 1
 // Rotations are Gram-Schmidt of 6 numbers (Zhou et al., On the Continuity of Rotation Representations, 2019).
 class PoseNetworkImpl : public torch::nn::Module {
  public:
@@ -75,6 +76,8 @@ class PoseNetworkImpl : public torch::nn::Module {
   JointMix mix1{nullptr}, mix2{nullptr};
   torch::Tensor joint_out;   // (24, 512, 3 + 6), a layer of its own for each joint
   torch::Tensor joint_bias;  // (24, 3 + 6)
+  torch::Tensor bone_out;    // (24, 512, 3), and
+  torch::Tensor bone_bias;   // (24, 3), likewise
   torch::nn::Linear confidence_out{nullptr};
 
  private:

@@ -29,6 +29,15 @@ std::vector<AffineTransform> PoseTransforms(const Skeleton& skeleton, const Poin
   return transforms;
 }
 
+Points BoneVectors(const Skeleton& skeleton, const Points& joints) {
+  Points bones = Points::Zero(joints.rows(), 3);
+  for (int j = 0; j < skeleton.joint_count(); ++j) {
+    const int parent = skeleton.parents()[j];
+    if (parent >= 0) bones.row(j) = joints.row(j) - joints.row(parent);
+  }
+  return bones;
+}
+
 Rotation NearestRotation(const Eigen::Matrix3f& matrix) {
   if (!matrix.allFinite() || matrix.squaredNorm() < 1e-24f) return Rotation::Identity();
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix.cast<double>(),

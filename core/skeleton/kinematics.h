@@ -27,6 +27,9 @@ std::vector<Rotation> GlobalRotations(const Skeleton& skeleton, const std::vecto
 std::vector<AffineTransform> PoseTransforms(const Skeleton& skeleton, const Points& joints,
                                             const std::vector<Rotation>& global);
 
+// (J, 3) from each joint's parent to the joint; zero at the root.
+Points BoneVectors(const Skeleton& skeleton, const Points& joints);
+
 // The rotation nearest to `matrix` in the Frobenius norm (SVD, reflections fixed). The identity where the
 // matrix is zero or not finite.
 Rotation NearestRotation(const Eigen::Matrix3f& matrix);

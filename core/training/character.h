@@ -13,6 +13,7 @@ struct Character {
   TriangleMesh mesh;                // posed
   RowMatrix weights;                // (V, 24), rows sum to 1
   Points joints;                    // (24, 3) posed
+  Points rest_joints;               // (24, 3) where they are in the rest (T) pose
   std::vector<Rotation> rotations;  // (24) each joint's global rotation from the rest (T) pose
   Points canonical;                 // (V, 3) the vertex's place on the neutral body at rest, normalised:
                                     // centred on the neutral's bounding box, divided by its stature

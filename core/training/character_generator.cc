@@ -128,6 +128,9 @@ struct CharacterGenerator::Model {
     character.mesh.positions = SkinPoints(identity.rest.positions, character.weights, transforms);
     character.mesh.faces = body.faces(identity.level);
     character.joints = TransformJoints(identity.rest.joints, transforms);
+    character.rest_joints =
+        TransformJoints(identity.rest.joints,
+                        Transforms(identity, std::vector<Rotation>(kHumanJoints, Rotation::Identity())));
     character.rotations = std::move(global);
     character.canonical = body.canonical(identity.level);
     character.stature = identity.rest.stature;

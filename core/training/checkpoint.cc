@@ -8,6 +8,30 @@
 
 namespace stance {
 
+namespace {
+
+int TakeMatching(torch::serialize::InputArchive& archive, torch::nn::Module& module) {
+  const torch::NoGradGuard no_grad;
+  int taken = 0;
+  const auto take = [&](const auto& tensors, bool buffer) {
+    for (const auto& item : tensors) {
+      torch::Tensor saved;
+      if (!archive.try_read(item.key(), saved, buffer) || saved.sizes() != item.value().sizes()) continue;
+      torch::Tensor(item.value()).copy_(saved);
+      ++taken;
+    }
+  };
+  take(module.named_parameters(/*recurse=*/false), /*buffer=*/false);
+  take(module.named_buffers(/*recurse=*/false), /*buffer=*/true);
+  for (const auto& child : module.named_children()) {
+    torch::serialize::InputArchive part;
+    if (archive.try_read(child.key(), part)) taken += TakeMatching(part, *child.value());
+  }
+  return taken;
+}
+
+}  // namespace
+
 absl::Status SaveCheckpoint(const std::filesystem::path& path, const NamedModules& modules, AdamW* optimizer,
                             const TrainingProgress& progress) {
   try {
@@ -58,6 +82,24 @@ absl::StatusOr<TrainingProgress> LoadCheckpoint(const std::filesystem::path& pat
                             static_cast<int64_t>(access[2]), access[3]};
   } catch (const std::exception& error) {
     return absl::DataLossError(fmt::format("{}: {}", path.string(), error.what()));
+  }
+}
+
+absl::StatusOr<int> LoadMatching(const std::filesystem::path& path, const NamedModules& modules,
+                                 torch::Device device) {
+  STANCE_ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
+  try {
+    std::istringstream in(bytes);
+    torch::serialize::InputArchive archive;
+    archive.load_from(in, device);
+    int taken = 0;
+    for (const auto& [name, module] : modules) {
+      torch::serialize::InputArchive part;
+      if (archive.try_read(name, part)) taken += TakeMatching(part, *module);
+    }
+    return taken;
+  } catch (const std::exception& error) {
+    return absl::DataLossError(fmt::format("{}: not a readable checkpoint: {}", path.string(), error.what()));
   }
 }
 

@@ -34,4 +34,9 @@ absl::StatusOr<TrainingProgress> LoadCheckpoint(const std::filesystem::path& pat
                                                 const NamedModules& modules, AdamW* optimizer,
                                                 torch::Device device);
 
+// Puts what the checkpoint knows of the modules into them, by name and shape; the rest of them stays as it
+// is. Returns how many tensors were taken. Errors as LoadCheckpoint's.
+absl::StatusOr<int> LoadMatching(const std::filesystem::path& path, const NamedModules& modules,
+                                 torch::Device device);
+
 }  // namespace stance

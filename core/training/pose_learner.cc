@@ -47,7 +47,8 @@ class PoseLearner : public Learner {
         torch::binary_cross_entropy_with_logits(out.confidence, right.to(torch::kFloat32));
     TrainingStep step;
     step.loss = weights + kCanonical * length(out.canonical - batch.canonical).mean() +
-                kJoints * joint_error.mean() + kRotations * rotation_loss.mean() + kConfidence * confidence;
+                kBones * length(out.bones - batch.bones).mean() + kJoints * joint_error.mean() +
+                kRotations * rotation_loss.mean() + kConfidence * confidence;
     step.accuracy =
         (out.logits.argmax(1) == batch.weights.argmax(1)).to(torch::kFloat32).mean().item<double>();
     step.joint_mm = joint_error.mean().item<double>() * kMillimetresPerUnit;
@@ -57,7 +58,7 @@ class PoseLearner : public Learner {
 
  private:
   // The weights of the losses, from the scales on which each is about as hard to lower.
-  static constexpr double kCanonical = 5, kJoints = 10, kRotations = 0.5, kConfidence = 0.1;
+  static constexpr double kCanonical = 5, kJoints = 10, kBones = 10, kRotations = 0.5, kConfidence = 0.1;
   // What "right" means to the confidence: 15 degrees, and 3 cm of a 1.7 m character.
   static constexpr double kRightAngle = 15 * std::numbers::pi / 180,
                           kRightDistance = 30 / kMillimetresPerUnit;

@@ -28,22 +28,28 @@ torch::Tensor Tensor(const std::vector<Rotation>& rotations) {
 PoseSample MakeSample(const CharacterGenerator& generator, const SampleOptions& options, int64_t index) {
   const Character character = MakeTrainingCharacter(generator, options, index);
   const SurfaceSamples surface = ResampleSurface(character.mesh, {options.samples, options.max_ring});
-  return {MakePyramidInput(surface, /*threads=*/1), ValuesAt(character.weights, surface.place),
-          ValuesAt(character.canonical, surface.place), character.joints, character.rotations};
+  return {MakePyramidInput(surface, /*threads=*/1),
+          ValuesAt(character.weights, surface.place),
+          ValuesAt(character.canonical, surface.place),
+          character.joints,
+          BoneVectors(HumanSkeleton(), character.rest_joints),
+          character.rotations};
 }
 
 PoseBatch Stack(const std::vector<PoseSample>& samples) {
   std::vector<const PyramidInput*> inputs;
-  std::vector<torch::Tensor> weights, canonical, joints, rotations;
+  std::vector<torch::Tensor> weights, canonical, joints, bones, rotations;
   for (const PoseSample& sample : samples) {
     inputs.push_back(&sample.input);
     weights.push_back(Tensor(sample.weights));
     canonical.push_back(Tensor(RowMatrix(sample.canonical)));
-    joints.push_back(Tensor(RowMatrix(NormalizationOf(sample.input.points).Apply(sample.joints))));
+    const Normalization normalization = NormalizationOf(sample.input.points);
+    joints.push_back(Tensor(RowMatrix(normalization.Apply(sample.joints))));
+    bones.push_back(Tensor(RowMatrix(sample.bones / normalization.scale)));
     rotations.push_back(Tensor(sample.rotations));
   }
-  return {StackPyramids(inputs), torch::cat(weights), torch::cat(canonical), torch::stack(joints),
-          torch::stack(rotations)};
+  return {StackPyramids(inputs), torch::cat(weights), torch::cat(canonical),
+          torch::stack(joints),  torch::stack(bones), torch::stack(rotations)};
 }
 
 }  // namespace
@@ -58,6 +64,7 @@ PoseSample Mirrored(const PoseSample& sample) {
     const int other = MirrorJoint(j);
     mirrored.weights.col(j) = sample.weights.col(other);
     mirrored.joints.row(j) = sample.joints.row(other) * flip.asDiagonal();
+    mirrored.bones.row(j) = sample.bones.row(other) * flip.asDiagonal();
     mirrored.rotations[j] = flip.asDiagonal() * sample.rotations[other] * flip.asDiagonal();
   }
   return mirrored;
@@ -104,8 +111,8 @@ PoseBatch PoseStream::MakeBatch(int64_t first, int64_t size) {
 }
 
 PoseBatch PoseBatch::To(torch::Device device) const {
-  return {input.To(device), weights.to(device), canonical.to(device), joints.to(device),
-          rotations.to(device)};
+  return {input.To(device),  weights.to(device), canonical.to(device),
+          joints.to(device), bones.to(device),   rotations.to(device)};
 }
 
 }  // namespace stance

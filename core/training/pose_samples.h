@@ -19,6 +19,7 @@ struct PoseSample {
   RowMatrix weights;                // (N, 24) true, rows sum to 1
   Points canonical;                 // (N, 3), Character::canonical
   Points joints;                    // (24, 3), as the points are
+  Points bones;                     // (24, 3) from the parent to the joint in the rest pose; zero at the root
   std::vector<Rotation> rotations;  // (24), Character::rotations
 };
 
@@ -28,6 +29,7 @@ struct PoseBatch {
   torch::Tensor weights;    // (N, 24)
   torch::Tensor canonical;  // (N, 3)
   torch::Tensor joints;     // (B, 24, 3) normalised as the points are
+  torch::Tensor bones;      // (B, 24, 3) in the same unit
   torch::Tensor rotations;  // (B, 24, 3, 3)
 
   PoseBatch To(torch::Device device) const;

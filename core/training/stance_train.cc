@@ -90,6 +90,8 @@ int main(int argc, char** argv) {
                   "weights (f_C), joints (f_J with true weights), both, or pose (METHOD_STANCE)")
       ->capture_default_str();
   run->add_option("--work", options.work_dir, "Folder for checkpoints, log and plot")->required();
+  run->add_option("--start-from", options.start_from,
+                  "Folder of another run whose weights of the stage are the first ones");
   run->add_option("--seed", options.seed, "Seed of weights and samples")->capture_default_str();
   run->add_option("--points", options.samples_per_mesh, "Surface samples per mesh")->capture_default_str();
   run->add_option("--batch", batch, "Characters per step [8; stage both: 4]");

@@ -78,7 +78,8 @@ absl::Status CheckOptions(const TrainingOptions& options) {
        {Whole{"samples_per_mesh", options.samples_per_mesh, 64, 100'000},
         Whole{"max_ring", options.max_ring, 1, 64}, Whole{"batch_size", options.batch_size, 1, 4096},
         Whole{"total_samples", options.total_samples, 1, kAny},
-        Whole{"loss_points", options.loss_points, 1, kAny}, Whole{"reuse", options.reuse, 1, 1000}, Whole{"threads", options.threads, 1, 1024},
+        Whole{"loss_points", options.loss_points, 1, kAny}, Whole{"reuse", options.reuse, 1, 1000},
+        Whole{"threads", options.threads, 1, 1024},
         Whole{"generator_threads", options.generator_threads, 1, 1024}}) {
     if (option.value >= option.least && option.value <= option.most) continue;
     return absl::InvalidArgumentError(
@@ -135,6 +136,12 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
     report(fmt::format("resuming {} at {} characters", TrainingStageName(options.stage), progress.seen));
   } else if (resumed.status().code() != absl::StatusCode::kNotFound) {
     return resumed.status();
+  } else if (!options.start_from.empty()) {
+    const auto start = CheckpointPath(options.start_from, options.stage);
+    STANCE_ASSIGN_OR_RETURN(const int taken, LoadMatching(start, modules, device));
+    if (taken == 0)
+      return absl::FailedPreconditionError(fmt::format("{}: no matching weights", start.string()));
+    report(fmt::format("starting from {}: {} tensors", start.string(), taken));
   } else if (options.stage == TrainingStage::kBoth) {
     STANCE_ASSIGN_OR_RETURN(const TrainingProgress stages, LoadStages(options.work_dir, modules, device));
     STANCE_RETURN_IF_ERROR(

@@ -29,6 +29,9 @@ struct TrainingOptions {
   // Where checkpoints, the CSV log and the loss plot go; a stage continues from its own checkpoint there, and
   // "both" starts from the other two's.
   std::filesystem::path work_dir;
+  // A folder whose checkpoint of the stage gives the first weights, where work_dir has none; of networks that
+  // differ, those that have the same names and shapes. Empty: random ones.
+  std::filesystem::path start_from{};
   uint64_t seed = 1;
   int64_t samples_per_mesh = 1024;
   int max_ring = 12;

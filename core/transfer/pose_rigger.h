@@ -7,12 +7,16 @@
 namespace stance {
 
 // Samples each mesh evenly and lets the network weigh the samples and find the joints and their rotations
-// from the rest pose. A vertex has the weights of the sample whose geodesic Voronoi cell it lies in;
-// ScreenedSmoother makes smooth ones of what Rig::sampled keeps.
+// from the rest pose, as the mean of what it finds in several views of the mesh (pose_views.h). A vertex has
+// the weights of the sample whose geodesic Voronoi cell it lies in; ScreenedSmoother makes smooth ones of
+// what Rig::sampled keeps.
 class PoseRigger : public Rigger {
  public:
+  static constexpr int kViews = 8;
+
   // The model must outlive the rigger. `threads`: most that one call uses.
-  PoseRigger(const PoseModel& model, int threads) : model_(model), threads_(threads) {}
+  PoseRigger(const PoseModel& model, int threads, int views = kViews)
+      : model_(model), threads_(threads), views_(views) {}
 
   absl::StatusOr<std::vector<Rig>> RigMeshes(std::span<const TriangleMesh* const> meshes,
                                              PhaseSeconds& seconds) const override;
@@ -20,7 +24,7 @@ class PoseRigger : public Rigger {
 
  private:
   const PoseModel& model_;
-  const int threads_;
+  const int threads_, views_;
 };
 
 }  // namespace stance

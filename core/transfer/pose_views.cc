@@ -1,0 +1,79 @@
+#include "core/transfer/pose_views.h"
+
+#include <Eigen/Geometry>
+#include <numbers>
+#include <utility>
+
+#include "core/base/check.h"
+
+namespace stance {
+namespace {
+
+Rotation TurnOf(const PoseView& view) {
+  return Eigen::AngleAxisf(view.yaw, Eigen::Vector3f::UnitY()).toRotationMatrix();
+}
+
+}  // namespace
+
+std::vector<PoseView> EvenViews(int count) {
+  STANCE_CHECK(count >= 1);
+  const int mirrored = count % 2 == 0 ? count / 2 : 0, plain = count - mirrored;
+  std::vector<PoseView> views;
+  for (int i = 0; i < count; ++i) {
+    views.push_back({static_cast<float>(2 * std::numbers::pi * (i % plain) / plain), i >= plain});
+  }
+  return views;
+}
+
+PyramidInput ViewedInput(const PyramidInput& input, const PoseView& view) {
+  PyramidInput viewed = input;
+  const Rotation turn = TurnOf(view);
+  for (Points* points : {&viewed.points, &viewed.normals}) {
+    if (view.mirrored) points->col(0) *= -1;
+    *points = (*points * turn.transpose()).eval();
+  }
+  return viewed;
+}
+
+PoseEstimate EstimateBehindView(PoseEstimate estimate, const PoseView& view) {
+  const Rotation back = TurnOf(view).transpose();
+  estimate.joints = (estimate.joints * back.transpose()).eval();
+  for (Rotation& rotation : estimate.rotations) rotation = back * rotation;
+  if (!view.mirrored) return estimate;
+
+  const Eigen::Vector3f flip(-1, 1, 1);
+  estimate.canonical.col(0) *= -1;
+  const PoseEstimate seen = estimate;
+  for (int j = 0; j < kHumanJoints; ++j) {
+    const int other = MirrorJoint(j);
+    estimate.weights.col(j) = seen.weights.col(other);
+    estimate.joints.row(j) = seen.joints.row(other) * flip.asDiagonal();
+    estimate.bones.row(j) = seen.bones.row(other) * flip.asDiagonal();
+    estimate.rotations[j] = flip.asDiagonal() * seen.rotations[other] * flip.asDiagonal();
+    estimate.confidence[j] = seen.confidence[other];
+  }
+  return estimate;
+}
+
+PoseEstimate MeanEstimate(std::span<const PoseEstimate> estimates) {
+  STANCE_CHECK(!estimates.empty());
+  PoseEstimate mean = estimates[0];
+  for (const PoseEstimate& estimate : estimates.subspan(1)) {
+    mean.weights += estimate.weights;
+    mean.canonical += estimate.canonical;
+    mean.joints += estimate.joints;
+    mean.bones += estimate.bones;
+    mean.confidence += estimate.confidence;
+    for (int j = 0; j < kHumanJoints; ++j) mean.rotations[j] += estimate.rotations[j];
+  }
+  const float share = 1 / static_cast<float>(estimates.size());
+  mean.weights *= share;
+  mean.canonical *= share;
+  mean.joints *= share;
+  mean.bones *= share;
+  mean.confidence *= share;
+  for (Rotation& rotation : mean.rotations) rotation = NearestRotation(rotation);
+  return mean;
+}
+
+}  // namespace stance
