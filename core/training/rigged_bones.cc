@@ -14,13 +14,11 @@ namespace {
 
 using JointNames = std::vector<std::string>;  // (24)
 
-// 3ds Max's biped, which counts fingers from the thumb and its spine from the bone above the pelvis.
-const JointNames kBiped = {"Bip01 Pelvis",     "Bip01 L Thigh",    "Bip01 R Thigh",    "Bip01 Spine",
-                           "Bip01 L Calf",     "Bip01 R Calf",     "Bip01 Spine1",     "Bip01 L Foot",
-                           "Bip01 R Foot",     "Bip01 Spine2",     "Bip01 L Toe0",     "Bip01 R Toe0",
-                           "Bip01 Neck",       "Bip01 L Clavicle", "Bip01 R Clavicle", "Bip01 Head",
-                           "Bip01 L UpperArm", "Bip01 R UpperArm", "Bip01 L Forearm",  "Bip01 R Forearm",
-                           "Bip01 L Hand",     "Bip01 R Hand",     "Bip01 L Finger2",  "Bip01 R Finger2"};
+// 3ds Max's biped without its "Bip01 ", which counts fingers from the thumb.
+const JointNames kBiped = {"Pelvis",    "L Thigh",    "R Thigh",    "Spine",  "L Calf",     "R Calf",
+                           "Spine1",    "L Foot",     "R Foot",     "Spine2", "L Toe0",     "R Toe0",
+                           "Neck",      "L Clavicle", "R Clavicle", "Head",   "L UpperArm", "R UpperArm",
+                           "L Forearm", "R Forearm",  "L Hand",     "R Hand", "L Finger2",  "R Finger2"};
 
 const JointNames kRigify = {"DEF-hips",        "DEF-thigh.L",     "DEF-thigh.R",       "DEF-spine.001",
                             "DEF-shin.L",      "DEF-shin.R",      "DEF-spine.002",     "DEF-foot.L",
@@ -38,15 +36,40 @@ std::vector<const JointNames*> KnownNamings() {
   return namings;
 }
 
+// The name without a biped's prefix: "Bip", two digits and a space.
+std::string_view WithoutPrefix(std::string_view name) {
+  return name.starts_with("Bip") && name.size() > 6 && name[5] == ' ' ? name.substr(6) : name;
+}
+
 int RowOf(const std::vector<FileBone>& bones, std::string_view name) {
-  const auto bone =
-      std::find_if(bones.begin(), bones.end(), [&](const FileBone& b) { return b.name == name; });
+  const auto bone = std::find_if(bones.begin(), bones.end(),
+                                 [&](const FileBone& b) { return WithoutPrefix(b.name) == name; });
   return bone == bones.end() ? -1 : static_cast<int>(bone - bones.begin());
 }
 
 bool IsThumb(std::string name) {
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return name.find("thumb") != std::string::npos || name.find("finger0") != std::string::npos;
+}
+
+// The first finger but the thumb on a wrist's bone; -1: there is none.
+int FingerOf(const std::vector<FileBone>& bones, int wrist) {
+  const auto finger = std::find_if(bones.begin(), bones.end(), [wrist](const FileBone& b) {
+    return wrist >= 0 && b.parent == wrist && !IsThumb(b.name);
+  });
+  return finger == bones.end() ? -1 : static_cast<int>(finger - bones.begin());
+}
+
+using JointRows = std::array<int, kHumanJoints>;
+
+// (24) the bones of these names; where a hand has no middle finger, another one.
+JointRows RowsOf(const std::vector<FileBone>& bones, const JointNames& naming) {
+  JointRows rows;
+  std::transform(naming.begin(), naming.end(), rows.begin(),
+                 [&](const std::string& name) { return RowOf(bones, name); });
+  if (rows[kLeftHand] < 0) rows[kLeftHand] = FingerOf(bones, rows[kLeftWrist]);
+  if (rows[kRightHand] < 0) rows[kRightHand] = FingerOf(bones, rows[kRightWrist]);
+  return rows;
 }
 
 }  // namespace
@@ -56,9 +79,7 @@ absl::StatusOr<BoneMap> MapBones(const std::vector<FileBone>& bones) {
   std::string missing;
   int most = -1;
   for (const JointNames* naming : KnownNamings()) {
-    std::array<int, kHumanJoints> rows;
-    std::transform(naming->begin(), naming->end(), rows.begin(),
-                   [&](const std::string& name) { return RowOf(bones, name); });
+    const JointRows rows = RowsOf(bones, *naming);
     const auto found = static_cast<int>(kHumanJoints - std::count(rows.begin(), rows.end(), -1));
     if (found <= most) continue;
     most = found;

@@ -17,7 +17,8 @@ struct BoneMap {
 
 // Knows 3ds Max's biped, Rigify's deformation bones and the namings of core/skeleton/bone_names.h. A bone
 // without a joint of its own belongs to its parent's (face to head, twist to limb), one above the pelvis to
-// the pelvis; fingers belong to the hand but thumbs to the wrist, as MPFB's do (mpfb_files.h).
+// the pelvis; fingers belong to the hand but thumbs to the wrist, as MPFB's do (mpfb_files.h). A
+// hand without a middle finger begins at another one.
 // INVALID_ARGUMENT, with a name, if no naming has all 24. REQUIRES: parents first.
 absl::StatusOr<BoneMap> MapBones(const std::vector<FileBone>& bones);
 
