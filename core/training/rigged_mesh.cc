@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 
 #include <assimp/Importer.hpp>
-#include <functional>
 #include <map>
+#include <string_view>
 #include <utility>
 
 #include "core/mesh/weld.h"
@@ -34,10 +34,15 @@ float UnitOf(const aiScene& scene) {
   return scene.mMetaData->Get("UnitScaleFactor", narrow) ? 0.01f * narrow : 1;
 }
 
-// A mesh of the scene and where its node puts it.
+// assimp names the nodes that stand for FBX's geometric transform so. That moves a node's vertices, but the
+// binding of its bones knows nothing of it.
+constexpr std::string_view kGeometricNode = "_$AssimpFbx$_Geometric";
+
+// A mesh of the scene, and where its node puts its vertices and its bones.
 struct Part {
   const aiMesh* mesh;
   Matrix transform;
+  Matrix bone_transform;
 };
 
 struct Influence {
@@ -50,7 +55,7 @@ struct Influence {
 class Collector {
  public:
   explicit Collector(const aiScene& scene) : scene_(scene), unit_(UnitOf(scene)) {
-    FindParts(*scene.mRootNode, Matrix::Identity());
+    FindParts(*scene.mRootNode, Matrix::Identity(), Matrix::Identity());
     AddBones(*scene.mRootNode, -1);
     for (const Part& part : parts_) AddPart(part);
   }
@@ -81,13 +86,17 @@ class Collector {
   }
 
  private:
-  void FindParts(const aiNode& node, const Matrix& parent) {
-    const Matrix transform = parent * ToEigen(node.mTransformation);
+  void FindParts(const aiNode& node, Matrix transform, Matrix bone_transform) {
+    const Matrix own = ToEigen(node.mTransformation);
+    const bool geometric =
+        std::string_view(node.mName.C_Str()).find(kGeometricNode) != std::string_view::npos;
+    transform *= own;
+    if (!geometric) bone_transform *= own;
     for (unsigned i = 0; i < node.mNumMeshes; ++i) {
       const aiMesh& mesh = *scene_.mMeshes[node.mMeshes[i]];
-      if (mesh.HasBones() && mesh.HasFaces()) parts_.push_back({&mesh, transform});
+      if (mesh.HasBones() && mesh.HasFaces()) parts_.push_back({&mesh, transform, bone_transform});
     }
-    for (unsigned i = 0; i < node.mNumChildren; ++i) FindParts(*node.mChildren[i], transform);
+    for (unsigned i = 0; i < node.mNumChildren; ++i) FindParts(*node.mChildren[i], transform, bone_transform);
   }
 
   // Where the bone of that name begins, if a part is bound to it.
@@ -98,7 +107,7 @@ class Collector {
         if (name != bone.mName.C_Str()) continue;
         aiMatrix4x4 bind = bone.mOffsetMatrix;
         bind.Inverse();
-        head = unit_ * (part.transform * ToEigen(bind)).topRightCorner<3, 1>();
+        head = unit_ * (part.bone_transform * ToEigen(bind)).topRightCorner<3, 1>();
         return &part;
       }
     }
