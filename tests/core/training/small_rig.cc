@@ -30,26 +30,19 @@ RiggedMesh BoxesAround(const Points& points) {
 
 RiggedMesh SmallRig() {
   const Points joints = SmallBodyJoints();
-  const std::vector<FileBone> others = {{"root", -1, {0, 0, 0}},
-                                        {"jaw", kHead, {0, 1.55f, 0.05f}},
-                                        {"index_01_l", kLeftWrist, {}},
-                                        {"thumb_01_l", kLeftWrist, {}},
-                                        {"thumb_02_l", 27, {}}};
-  Points heads(kHumanJoints + std::ssize(others), 3);
-  heads.topRows(kHumanJoints) = joints;
+  const Eigen::Vector3f hand = joints.row(kLeftHand).transpose();
   std::vector<FileBone> bones;
   for (int j = 0; j < kHumanJoints; ++j) {
     bones.push_back(
         {HumanBoneNames(BoneNaming::kUnreal)[j], HumanSkeleton().parents()[j], joints.row(j).transpose()});
   }
-  for (FileBone bone : others) {
-    if (bone.head.isZero() && bone.parent > 0) {
-      bone.head = joints.row(kLeftHand).transpose() +
-                  Eigen::Vector3f(0, 0, 0.03f * static_cast<float>(bones.size() - 25));
-    }
-    heads.row(std::ssize(bones)) = bone.head.transpose();
-    bones.push_back(bone);
-  }
+  bones.push_back({"root", -1, Eigen::Vector3f::Zero()});
+  bones.push_back({"jaw", kHead, {0, 1.55f, 0.05f}});
+  bones.push_back({"index_01_l", kLeftWrist, hand + Eigen::Vector3f(0, 0, 0.03f)});
+  bones.push_back({"thumb_01_l", kLeftWrist, hand + Eigen::Vector3f(0, 0, 0.06f)});
+  bones.push_back({"thumb_02_l", 27, hand + Eigen::Vector3f(0, 0, 0.09f)});
+  Points heads(std::ssize(bones), 3);
+  for (Eigen::Index b = 0; b < heads.rows(); ++b) heads.row(b) = bones[b].head.transpose();
   RiggedMesh mesh = BoxesAround(heads);
   mesh.bones = std::move(bones);
   return mesh;
