@@ -62,14 +62,28 @@ absl::StatusOr<Rotation> ToCanonicalAxes(const Points& joints) {
   return rotation;
 }
 
-// MPFB's pelvis lies on the way from the hips to the first spine joint, other rigs' anywhere about it.
-void PlacePelvis(const Points& neutral, Points& joints) {
-  const auto hips = [](const Points& j) {
-    return Eigen::RowVector3f(0.5f * (j.row(kLeftHip) + j.row(kRightHip)));
-  };
-  const auto height = [&](int joint) { return neutral(joint, 1) - hips(neutral).y(); };
-  const float way = height(kPelvis) / height(kSpine1);
-  joints.row(kPelvis) = (1 - way) * hips(joints) + way * joints.row(kSpine1);
+Eigen::RowVector3f MidHips(const Points& joints) {
+  return 0.5f * (joints.row(kLeftHip) + joints.row(kRightHip));
+}
+
+// How far along the way from `from` to `to` the point lies: 0 to 1 between them.
+float Along(const Eigen::RowVector3f& from, const Eigen::RowVector3f& to, const Eigen::RowVector3f& point) {
+  return (point - from).dot(to - from) / (to - from).squaredNorm();
+}
+
+// Moves the joints that rigs put at different places of the body to where MPFB has them, +y up: the pelvis on
+// the way from the hips to the first spine joint, the collars on that from shoulder to neck, and the feet at
+// a part of the ankles' height above the ground.
+void PlaceLikeNeutral(const Points& neutral, float ground, Points& joints) {
+  const float up = Along(MidHips(neutral), neutral.row(kSpine1), neutral.row(kPelvis));
+  joints.row(kPelvis) = (1 - up) * MidHips(joints) + up * joints.row(kSpine1);
+  for (const int side : {0, 1}) {
+    const int shoulder = kLeftShoulder + side, collar = kLeftCollar + side;
+    const float in = Along(neutral.row(shoulder), neutral.row(kNeck), neutral.row(collar));
+    joints.row(collar) = (1 - in) * joints.row(shoulder) + in * joints.row(kNeck);
+    const int ankle = kLeftAnkle + side, foot = kLeftFoot + side;
+    joints(foot, 1) = ground + neutral(foot, 1) / neutral(ankle, 1) * (joints(ankle, 1) - ground);
+  }
 }
 
 // The row as multiples of 1 / kWeightSteps that sum to 1: the largest takes what rounding leaves.
@@ -160,14 +174,15 @@ absl::StatusOr<RiggedBody> MakeRiggedBody(const RiggedMesh& mesh, const RestBody
   if (joints(kLeftFoot, 2) < joints(kLeftAnkle, 2)) {
     return absl::InvalidArgumentError("the toes point backwards: left and right are exchanged");
   }
-  PlacePelvis(neutral.joints, joints);
+  const Points upright = mesh.positions * turn.transpose();
+  PlaceLikeNeutral(neutral.joints, upright.col(1).minCoeff(), joints);
 
   RiggedBody body;
   body.faces = mesh.faces;
   body.weights = JointWeights(mesh, map);
   const std::vector<AffineTransform> transforms =
       PoseTransforms(HumanSkeleton(), joints, RestRotations(joints, neutral.joints));
-  body.rest.positions = SkinPoints(mesh.positions * turn.transpose(), body.weights, transforms);
+  body.rest.positions = SkinPoints(upright, body.weights, transforms);
   body.rest.joints = TransformJoints(joints, transforms);
 
   Eigen::RowVector3f shift = neutral.joints.row(kPelvis) - body.rest.joints.row(kPelvis);
