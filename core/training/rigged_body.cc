@@ -140,13 +140,15 @@ absl::Status CheckRiggedBody(const RiggedBody& body) {
     return bad("vertices or faces");
   if (body.faces.minCoeff() < 0 || body.faces.maxCoeff() >= vertices) return bad("face index out of range");
   if (body.rest.joints.rows() != kHumanJoints || !body.rest.joints.allFinite()) return bad("joints");
-  if (!body.rest.positions.allFinite()) return bad("a coordinate is not finite");
+  if (!body.rest.positions.allFinite() || body.rest.positions.cwiseAbs().maxCoeff() > kMorphUnit * 32767) {
+    return bad("a coordinate is not finite or beyond 3.2 m");
+  }
   if (!(body.rest.stature >= kLeastStature && body.rest.stature <= kMostStature)) {
     return bad(fmt::format("{} m tall", body.rest.stature));
   }
   if (body.weights.rows() != vertices || body.weights.cols() != kHumanJoints) return bad("weights: shape");
-  if (!(body.weights.minCoeff() >= 0) ||
-      !((body.weights.rowwise().sum().array() - 1).abs().maxCoeff() < 1e-3f)) {
+  if (!body.weights.allFinite() || body.weights.minCoeff() < 0 ||
+      (body.weights.rowwise().sum().array() - 1).abs().maxCoeff() > 1e-3f) {
     return bad("weights: a row does not sum to 1");
   }
   return absl::OkStatus();

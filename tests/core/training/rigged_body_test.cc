@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <limits>
 #include <memory>
 #include <numbers>
 #include <string>
@@ -140,6 +141,11 @@ TEST_F(RiggedBodyTest, CheckNamesWhatIsWrong) {
   bad = good;
   bad.rest.joints.resize(3, 3);
   EXPECT_NE(message(bad).find("joints"), std::string::npos);
+  for (const float place : {4.0f, std::numeric_limits<float>::quiet_NaN()}) {
+    bad = good;
+    bad.rest.positions(5, 0) = place;
+    EXPECT_NE(message(bad).find("coordinate"), std::string::npos);
+  }
   bad = good;
   bad.rest.stature = 30;
   EXPECT_NE(message(bad).find("30 m tall"), std::string::npos);
