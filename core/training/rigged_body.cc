@@ -55,8 +55,9 @@ absl::StatusOr<Rotation> ToCanonicalAxes(const Points& joints) {
   const Eigen::Vector3f left =
       NearestAxis((joints.row(kLeftShoulder) - joints.row(kRightShoulder)).transpose());
   const Eigen::Vector3f up = NearestAxis((joints.row(kNeck) - joints.row(kPelvis)).transpose());
-  if (left.cwiseAbs() == up.cwiseAbs())
+  if (left.cwiseAbs() == up.cwiseAbs()) {
     return absl::InvalidArgumentError("the shoulders lie above each other");
+  }
   Rotation rotation;
   rotation << left.transpose(), up.transpose(), left.cross(up).transpose();
   return rotation;
@@ -114,8 +115,8 @@ std::vector<double> MeanRadii(const RestBody& rest, const RowMatrix& weights, co
   const Eigen::VectorXd areas = VertexAreas(rest.positions, faces);
   std::vector<double> radii(kHumanJoints, 0.0);
   for (int j = 0; j < kHumanJoints; ++j) {
-    const Eigen::Vector3f axis =
-        BoneEnd(j) < 0 ? Eigen::Vector3f::Zero() : Eigen::Vector3f(Bone(rest.joints, j).normalized());
+    Eigen::Vector3f axis = Eigen::Vector3f::Zero();
+    if (BoneEnd(j) >= 0) axis = Bone(rest.joints, j).normalized();
     double sum = 0, total = 0;
     for (Eigen::Index v = 0; v < weights.rows(); ++v) {
       if (weights(v, j) == 0) continue;
@@ -136,8 +137,8 @@ absl::Status CheckRiggedBody(const RiggedBody& body) {
   const auto bad = [&body](std::string_view what) {
     return absl::InvalidArgumentError(fmt::format("rigged body '{}': {}", body.name, what));
   };
-  if (vertices == 0 || vertices > kMaxRiggedVertices || body.faces.rows() == 0)
-    return bad("vertices or faces");
+  if (vertices == 0 || vertices > kMaxRiggedVertices) return bad(fmt::format("{} vertices", vertices));
+  if (body.faces.rows() == 0) return bad("no faces");
   if (body.faces.minCoeff() < 0 || body.faces.maxCoeff() >= vertices) return bad("face index out of range");
   if (body.rest.joints.rows() != kHumanJoints || !body.rest.joints.allFinite()) return bad("joints");
   if (!body.rest.positions.allFinite() || body.rest.positions.cwiseAbs().maxCoeff() > kMorphUnit * 32767) {

@@ -18,8 +18,8 @@ absl::StatusOr<RiggedBody> ReadBody(const std::filesystem::path& file, const Res
   STANCE_ASSIGN_OR_RETURN(const RiggedMesh mesh, ReadRiggedMesh(file));
   absl::StatusOr<RiggedBody> body = MakeRiggedBody(mesh, neutral);
   if (body.ok()) return body;
-  return absl::InvalidArgumentError(
-      fmt::format("{}: {}", file.string(), std::string(body.status().message())));
+  const std::string reason(body.status().message());
+  return absl::InvalidArgumentError(fmt::format("{}: {}", file.string(), reason));
 }
 
 }  // namespace
