@@ -4,8 +4,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
-#include <numeric>
+#include <array>
+#include <string_view>
 #include <utility>
 
 #include "core/mesh/measure.h"
