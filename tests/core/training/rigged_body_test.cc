@@ -65,7 +65,7 @@ TEST_F(RiggedBodyTest, RestsAsTheNeutralDoes) {
 TEST_F(RiggedBodyTest, BoxesHangOnTheirJoints) {
   const RiggedBody body = Make(testing::SmallRig());
   EXPECT_LT((body.weights.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-6f);
-  const auto joint_of_box = [&body](int box) {
+  const auto joint_of_box = [&body](Eigen::Index box) {
     Eigen::Index joint;
     EXPECT_EQ(body.weights.row(box * testing::kBoxVertices).maxCoeff(&joint), 1);
     return static_cast<int>(joint);
@@ -131,7 +131,10 @@ TEST_F(RiggedBodyTest, UnfitCharactersAreRefused) {
 
 TEST_F(RiggedBodyTest, CheckNamesWhatIsWrong) {
   const RiggedBody good = Make(testing::SmallRig());
-  const auto message = [](const RiggedBody& body) { return std::string(CheckRiggedBody(body).message()); };
+  const auto message = [](const RiggedBody& body) {
+    const absl::Status status = CheckRiggedBody(body);
+    return std::string(status.message());
+  };
   RiggedBody bad = good;
   bad.faces(0, 0) = static_cast<int32_t>(bad.rest.positions.rows());
   EXPECT_NE(message(bad).find("face index"), std::string::npos);

@@ -13,9 +13,9 @@ namespace {
 TEST(MapBones, KnowsEveryNamingOfBoneNames) {
   for (const BoneNaming naming :
        {BoneNaming::kSmpl, BoneNaming::kMixamo, BoneNaming::kVrm, BoneNaming::kUnreal}) {
-    std::vector<FileBone> bones;
+    std::vector<FileBone> bones(kHumanJoints);
     for (int j = 0; j < kHumanJoints; ++j) {
-      bones.push_back({HumanBoneNames(naming)[j], HumanSkeleton().parents()[j]});
+      bones[j] = {HumanBoneNames(naming)[j], HumanSkeleton().parents()[j]};
     }
     const auto map = MapBones(bones);
     ASSERT_TRUE(map.ok()) << map.status();
@@ -53,8 +53,8 @@ TEST(MapBones, ABipedMayHaveAnyNumber) {
                                           "Head",   "L UpperArm", "R UpperArm", "L Forearm",  "R Forearm",
                                           "L Hand", "R Hand",     "L Finger2",  "R Finger2"};
   for (const std::string prefix : {"Bip01 ", "Bip02 "}) {
-    std::vector<FileBone> bones;
-    for (int j = 0; j < kHumanJoints; ++j) bones.push_back({prefix + names[j], HumanSkeleton().parents()[j]});
+    std::vector<FileBone> bones(kHumanJoints);
+    for (int j = 0; j < kHumanJoints; ++j) bones[j] = {prefix + names[j], HumanSkeleton().parents()[j]};
     bones.push_back({prefix + "L Finger0", kLeftWrist});
     bones.push_back({prefix + "L Finger1", kLeftWrist});
     const auto map = MapBones(bones);

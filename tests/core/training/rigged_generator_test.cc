@@ -124,7 +124,7 @@ TEST_F(RiggedGeneratorTest, TruthIsExactOnRigidParts) {
     const TransferPair pair = rigged_->MakePair(5, i, {.split = Split::kTest, .rigged_share = 1});
     ASSERT_EQ(pair.truth.rows(), kRigVertices);
     EXPECT_LT((pair.truth.topRows(8).colwise().mean() - pair.source.joints.row(kPelvis)).norm(), 0.2f);
-    for (int j = 0; j < kHumanJoints; ++j) {  // each box goes by its joint's rotation
+    for (Eigen::Index j = 0; j < kHumanJoints; ++j) {  // each box goes by its joint's rotation
       const Rotation turn = pair.reference.rotations[j] * pair.source.rotations[j].transpose();
       const Eigen::RowVector3f edge =
           pair.source.mesh.positions.row(8 * j + 7) - pair.source.mesh.positions.row(8 * j);

@@ -31,10 +31,10 @@ RiggedMesh BoxesAround(const Points& points) {
 RiggedMesh SmallRig() {
   const Points joints = SmallBodyJoints();
   const Eigen::Vector3f hand = joints.row(kLeftHand).transpose();
-  std::vector<FileBone> bones;
+  std::vector<FileBone> bones(kHumanJoints);
   for (int j = 0; j < kHumanJoints; ++j) {
-    bones.push_back(
-        {HumanBoneNames(BoneNaming::kUnreal)[j], HumanSkeleton().parents()[j], joints.row(j).transpose()});
+    bones[j] = {HumanBoneNames(BoneNaming::kUnreal)[j], HumanSkeleton().parents()[j],
+                joints.row(j).transpose()};
   }
   bones.push_back({"root", -1, Eigen::Vector3f::Zero()});
   bones.push_back({"jaw", kHead, {0, 1.55f, 0.05f}});
