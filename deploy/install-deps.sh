@@ -15,6 +15,8 @@ packages=(
   # server and client.
   libgrpc++-dev libprotobuf-dev libspdlog-dev libtomlplusplus-dev prometheus-cpp-dev
   protobuf-compiler protobuf-compiler-grpc
+  # training, to read rigged characters; optional.
+  libassimp-dev
   # tests.
   libbenchmark-dev libgmock-dev libgtest-dev
 )

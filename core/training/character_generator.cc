@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -13,10 +16,12 @@
 #include "core/mesh/measure.h"
 #include "core/training/body_model.h"
 #include "core/training/character_pack.h"
+#include "core/training/holes.h"
 #include "core/training/limb_style.h"
 #include "core/training/motion_library.h"
 #include "core/training/mpfb_body.h"
 #include "core/training/pose_sampler.h"
+#include "core/training/rigged_folder.h"
 #include "core/training/skinning.h"
 
 namespace stance {
@@ -25,7 +30,11 @@ namespace {
 constexpr double kStyledShare = 0.6;  // of the characters, where anisotropic scales are asked for
 
 // What a stream of random numbers decides. A pair's reference draws from the second half.
-enum Purpose : uint64_t { kIdentity, kPose, kTurn, kStyle, kLevel, kNoise, kOrder, kPurposes = 8 };
+enum Purpose : uint64_t { kIdentity, kPose, kTurn, kStyle, kLevel, kNoise, kOrder, kRigged, kPurposes };
+static_assert(kPurposes == 8, "another number makes every seed give other characters");
+
+// Streams that begin with a number of another one.
+enum DerivedStream : uint64_t { kHoles = 1 };
 
 // Names the random streams of one character.
 struct StreamKey {
@@ -44,10 +53,12 @@ struct StreamKey {
   }
 };
 
-// One identity at one resolution.
+// One identity at one resolution. The generator's body or rigged character, whose mesh it is, outlives it.
 struct Identity {
-  int level = 0;
   RestBody rest;
+  const Faces* faces = nullptr;
+  const RowMatrix* weights = nullptr;  // (V, 24)
+  const Points* canonical = nullptr;   // (V, 3)
   std::optional<LimbScales> scales;
 };
 
@@ -93,17 +104,48 @@ std::vector<int32_t> RandomOrder(Random random, int64_t count) {
 
 struct CharacterGenerator::Model {
   explicit Model(CharacterPack pack)
-      : body(std::make_shared<const BodyData>(std::move(pack.body))), motions(std::move(pack.clips)) {}
+      : body(std::make_shared<const BodyData>(std::move(pack.body))),
+        motions(std::move(pack.clips)),
+        rigged(std::move(pack.rigged)) {
+    PlaceRigged();
+  }
+
+  // Fills what follows from `rigged`.
+  void PlaceRigged() {
+    const NeutralPlaces places(body);
+    rigged_canonical.clear();
+    for (std::vector<int>& indices : rigged_of) indices.clear();
+    for (size_t i = 0; i < rigged.size(); ++i) {
+      rigged_canonical.push_back(places.Of(rigged[i]));
+      const Split split = rigged[i].held_out ? Split::kTest : Split::kTrain;
+      rigged_of[static_cast<size_t>(split)].push_back(static_cast<int>(i));
+    }
+  }
+
+  const std::vector<int>& RiggedOf(Split split) const { return rigged_of[static_cast<size_t>(split)]; }
+
+  Identity OfBody(const ShapeParameters& shape, int level) const {
+    return {body.Shape(shape, level), &body.faces(level), &body.weights(level), &body.canonical(level), {}};
+  }
+
+  Identity OfRigged(int index) const {
+    const RiggedBody& character = rigged[index];
+    return {character.rest, &character.faces, &character.weights, &rigged_canonical[index], {}};
+  }
+
+  Identity RandomOfBody(const StreamKey& key, int vertices) const {
+    const int level = vertices < 0 ? static_cast<int>(key.Stream(kLevel).Below(body.level_count()))
+                                   : body.NearestLevel(vertices);
+    Random random = key.Stream(kIdentity);
+    return OfBody(RandomShape(random, body.local_pairs()), level);
+  }
 
   Identity MakeIdentity(const StreamKey& key, const CharacterOptions& options) const {
-    Identity identity;
-    if (options.vertices < 0) {
-      identity.level = static_cast<int>(key.Stream(kLevel).Below(body.level_count()));
-    } else {
-      identity.level = body.NearestLevel(options.vertices);
-    }
-    Random random = key.Stream(kIdentity);
-    identity.rest = body.Shape(RandomShape(random, body.local_pairs()), identity.level);
+    const std::vector<int>& candidates = RiggedOf(options.split);
+    Random random = key.Stream(kRigged);
+    Identity identity = random.Chance(options.rigged_share)
+                            ? OfRigged(candidates[random.Below(std::ssize(candidates))])
+                            : RandomOfBody(key, options.vertices);
     Random style = key.Stream(kStyle);
     if (options.anisotropic_scale && style.Chance(kStyledShare)) identity.scales = SampleLimbScales(style);
     return identity;
@@ -120,27 +162,32 @@ struct CharacterGenerator::Model {
     return GlobalRotations(HumanSkeleton(), local);
   }
 
-  // The identity in the pose, without noise and in the body's vertex order.
+  // The identity in the pose, without noise and in its own vertex order.
   Character Pose(const Identity& identity, std::vector<Rotation> global) const {
     const std::vector<AffineTransform> transforms = Transforms(identity, global);
     Character character;
-    character.weights = body.weights(identity.level);
+    character.weights = *identity.weights;
     character.mesh.positions = SkinPoints(identity.rest.positions, character.weights, transforms);
-    character.mesh.faces = body.faces(identity.level);
+    character.mesh.faces = *identity.faces;
     character.joints = TransformJoints(identity.rest.joints, transforms);
     character.rest_joints =
         TransformJoints(identity.rest.joints,
                         Transforms(identity, std::vector<Rotation>(kHumanJoints, Rotation::Identity())));
     character.rotations = std::move(global);
-    character.canonical = body.canonical(identity.level);
+    character.canonical = *identity.canonical;
     character.stature = identity.rest.stature;
     return character;
   }
 
-  // Noise and order, as the options ask.
+  // Noise, holes and order, as the options ask.
   void Finish(const StreamKey& key, const CharacterOptions& options, Character& character) const {
     Random noise = key.Stream(kNoise);
     if (options.noise > 0) AddNoise(noise, options.noise, character.mesh);
+    if (options.holes > 0) {
+      Random holes(key.Stream(kNoise).Next(), kHoles);
+      TriangleMesh& mesh = character.mesh;
+      mesh.faces = CutHoles(holes, options.holes, mesh.positions, mesh.faces);
+    }
     if (options.shuffle_vertices) {
       Reorder(RandomOrder(key.Stream(kOrder), character.mesh.vertex_count()), character);
     }
@@ -148,6 +195,9 @@ struct CharacterGenerator::Model {
 
   BodyModel body;
   MotionLibrary motions;
+  std::vector<RiggedBody> rigged;
+  std::vector<Points> rigged_canonical;       // per rigged body (V, 3)
+  std::array<std::vector<int>, 3> rigged_of;  // by Split: indices into `rigged`
 };
 
 CharacterGenerator::CharacterGenerator(std::unique_ptr<Model> model) : model_(std::move(model)) {}
@@ -176,7 +226,33 @@ absl::StatusOr<std::unique_ptr<CharacterGenerator>> CharacterGenerator::FromPack
 }
 
 absl::Status CharacterGenerator::WritePack(const std::filesystem::path& path) const {
-  return WriteFile(path, SerializePack({model_->body.data(), model_->motions.clips()}));
+  return WriteFile(path, SerializePack({model_->body.data(), model_->motions.clips(), model_->rigged}));
+}
+
+absl::StatusOr<std::vector<std::string>> CharacterGenerator::AddRigged(const std::filesystem::path& folder) {
+  STANCE_ASSIGN_OR_RETURN(RiggedFolder found, ReadRiggedFolder(folder, model_->body.Shape({}, 0)));
+  std::move(found.bodies.begin(), found.bodies.end(), std::back_inserter(model_->rigged));
+  model_->PlaceRigged();
+  return std::move(found.refused);
+}
+
+absl::Status CharacterGenerator::Check(const CharacterOptions& options) const {
+  if (!(options.rigged_share >= 0 && options.rigged_share <= 1)) {
+    return absl::InvalidArgumentError(fmt::format("rigged_share: {} is not in 0..1", options.rigged_share));
+  }
+  if (options.rigged_share > 0 && model_->RiggedOf(options.split).empty()) {
+    return absl::InvalidArgumentError(
+        fmt::format("rigged_share: {}, but the data hold no rigged characters of this split: write a pack "
+                    "with --rigged",
+                    options.rigged_share));
+  }
+  return absl::OkStatus();
+}
+
+std::vector<std::string> CharacterGenerator::RiggedNames(Split split) const {
+  std::vector<std::string> names;
+  for (const int i : model_->RiggedOf(split)) names.push_back(model_->rigged[i].name);
+  return names;
 }
 
 Character CharacterGenerator::Make(uint64_t seed, int64_t index, const CharacterOptions& options) const {
@@ -224,10 +300,8 @@ std::vector<Character> CharacterGenerator::MakePoses(uint64_t seed, int64_t inde
 
 Character CharacterGenerator::Neutral(int vertices) const {
   STANCE_CHECK(vertices >= 0);
-  Identity identity;
-  identity.level = model_->body.NearestLevel(vertices);
-  identity.rest = model_->body.Shape({}, identity.level);
-  return model_->Pose(identity, std::vector<Rotation>(kHumanJoints, Rotation::Identity()));
+  return model_->Pose(model_->OfBody({}, model_->body.NearestLevel(vertices)),
+                      std::vector<Rotation>(kHumanJoints, Rotation::Identity()));
 }
 
 }  // namespace stance

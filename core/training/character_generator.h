@@ -1,10 +1,12 @@
-// Random characters with ground truth, from MakeHuman's CC0 parametric body (MPFB) and CMU motion capture.
+// Random characters with ground truth, from MakeHuman's CC0 parametric body (MPFB), rigged characters and CMU
+// motion capture.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "core/base/random.h"
 #include "core/base/status.h"
@@ -19,7 +21,8 @@ enum class PoseMix {
 };
 
 // Identities and poses of different splits never coincide: each draws from its own streams of seeds, and the
-// CMU clips are divided among them.
+// CMU clips are divided among them. Held-out rigged characters are for test, the others for training;
+// validation has none.
 enum class Split { kTrain, kValidation, kTest };
 
 struct CharacterOptions {
@@ -31,7 +34,10 @@ struct CharacterOptions {
   bool global_rotation = true;     // yaw over the full circle and a moderate tilt
   bool anisotropic_scale = false;  // per-limb scales on 60 % of the characters
   bool shuffle_vertices = false;
-  double noise = 0.0;  // metres, uniform +- along the normals
+  double noise = 0.0;       // metres, uniform +- along the normals
+  double rigged_share = 0;  // probability that the identity is one of the split's rigged characters, which
+                            // have one resolution each
+  int holes = 0;            // balls whose faces are cut out (holes.h)
 };
 
 // Thread-safe: const calls may run at the same time.
@@ -46,6 +52,16 @@ class CharacterGenerator {
   // holds all a generator needs. DATA_LOSS with the path for a damaged one.
   static absl::StatusOr<std::unique_ptr<CharacterGenerator>> FromPack(const std::filesystem::path& pack);
   absl::Status WritePack(const std::filesystem::path& pack) const;
+
+  // Adds the rigged characters of a folder (rigged_folder.h), before any other call. A line for each file
+  // that is none: its path and why not.
+  absl::StatusOr<std::vector<std::string>> AddRigged(const std::filesystem::path& folder);
+
+  // INVALID_ARGUMENT for options that name what there is not. The calls below REQUIRE options that pass.
+  absl::Status Check(const CharacterOptions& options) const;
+
+  // "rocketbox/Male_Adult_01", ...: the split's rigged characters.
+  std::vector<std::string> RiggedNames(Split split) const;
 
   ~CharacterGenerator();
 

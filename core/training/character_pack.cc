@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <type_traits>
 #include <utility>
@@ -17,7 +19,8 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the pack is written as it lies in memory");
 
 constexpr std::string_view kMagic = "STANCEPK";
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;
+constexpr uint32_t kVersionWithoutRigged = 1;
 constexpr size_t kHeaderBytes = 8 + 4 + 8 + 4;
 constexpr uint64_t kMaxRawBytes = uint64_t{1} << 30;  // MPFB's body has 60 MB
 
@@ -85,15 +88,15 @@ class Reader {
 uint16_t ZigZag(int16_t value) { return static_cast<uint16_t>((value << 1) ^ (value >> 15)); }
 int16_t UnZigZag(uint16_t value) { return static_cast<int16_t>((value >> 1) ^ -(value & 1)); }
 
-// The morph's deltas as differences from one point to the next, one coordinate after the other, low bytes
-// apart from high ones: neighbours in MakeHuman's order move alike, so zlib finds mostly small numbers.
-void PutDeltas(Writer& writer, const MorphTarget& morph) {
-  const size_t count = morph.points.size();
+// Rows of three as differences from one row to the next, one column after the other, low bytes apart from
+// high ones: neighbours in a mesh's order are alike, so zlib finds mostly small numbers.
+void PutRows(Writer& writer, const std::vector<int16_t>& rows) {
+  const size_t count = rows.size() / 3;
   std::vector<uint8_t> planes(6 * count);
   for (size_t c = 0; c < 3; ++c) {
     uint16_t last = 0;
     for (size_t i = 0; i < count; ++i) {
-      const auto value = static_cast<uint16_t>(morph.deltas[3 * i + c]);
+      const auto value = static_cast<uint16_t>(rows[3 * i + c]);
       const uint16_t coded = ZigZag(static_cast<int16_t>(value - last));
       planes[2 * c * count + i] = static_cast<uint8_t>(coded & 255);
       planes[(2 * c + 1) * count + i] = static_cast<uint8_t>(coded >> 8);
@@ -103,21 +106,22 @@ void PutDeltas(Writer& writer, const MorphTarget& morph) {
   writer.PutArray(planes.data(), planes.size());
 }
 
-void GetDeltas(Reader& reader, MorphTarget& morph) {
-  const size_t count = morph.points.size();
-  if (!reader.Has(count, 6)) return;
+// `count` rows; none where the bytes end too soon.
+std::vector<int16_t> GetRows(Reader& reader, size_t count) {
+  if (!reader.Has(count, 6)) return {};
   std::vector<uint8_t> planes(6 * count);
   reader.GetArray(planes.data(), planes.size());
-  morph.deltas.resize(3 * count);
+  std::vector<int16_t> rows(3 * count);
   for (size_t c = 0; c < 3; ++c) {
     uint16_t last = 0;
     for (size_t i = 0; i < count; ++i) {
       const auto coded =
           static_cast<uint16_t>(planes[2 * c * count + i] | (planes[(2 * c + 1) * count + i] << 8));
       last = static_cast<uint16_t>(last + static_cast<uint16_t>(UnZigZag(coded)));
-      morph.deltas[3 * i + c] = static_cast<int16_t>(last);
+      rows[3 * i + c] = static_cast<int16_t>(last);
     }
   }
+  return rows;
 }
 
 void PutBody(Writer& writer, const BodyData& body) {
@@ -148,7 +152,7 @@ void PutBody(Writer& writer, const BodyData& body) {
       writer.Put<uint16_t>(static_cast<uint16_t>(point - last));
       last = point;
     }
-    PutDeltas(writer, morph);
+    PutRows(writer, morph.deltas);
   }
 }
 
@@ -190,7 +194,72 @@ absl::Status GetBody(Reader& reader, BodyData& body) {
     for (size_t i = 1; i < morph.points.size(); ++i) {
       morph.points[i] = static_cast<uint16_t>(morph.points[i] + morph.points[i - 1]);
     }
-    GetDeltas(reader, morph);
+    morph.deltas = GetRows(reader, morph.points.size());
+  }
+  return absl::OkStatus();
+}
+
+void PutRigged(Writer& writer, const RiggedBody& body) {
+  writer.PutSized(std::vector<char>(body.name.begin(), body.name.end()));
+  writer.Put<uint8_t>(body.held_out ? 1 : 0);
+  writer.Put<double>(body.rest.stature);
+  writer.PutArray(body.rest.joints.data(), 3 * kHumanJoints);
+  const Points& positions = body.rest.positions;
+  writer.Put<uint32_t>(static_cast<uint32_t>(positions.rows()));
+  writer.Put<uint32_t>(static_cast<uint32_t>(body.faces.rows()));
+  std::vector<int16_t> rows(static_cast<size_t>(positions.size()));
+  std::transform(positions.data(), positions.data() + positions.size(), rows.begin(),
+                 [](float x) { return static_cast<int16_t>(std::lround(x / kMorphUnit)); });
+  PutRows(writer, rows);
+  // Indices in 16 bits, whatever the sign.
+  PutRows(writer, {body.faces.data(), body.faces.data() + body.faces.size()});
+  for (Eigen::Index v = 0; v < body.weights.rows(); ++v) {
+    writer.Put<uint8_t>(static_cast<uint8_t>((body.weights.row(v).array() != 0).count()));
+    for (int j = 0; j < kHumanJoints; ++j) {
+      if (body.weights(v, j) == 0) continue;
+      writer.Put<uint8_t>(static_cast<uint8_t>(j));
+      writer.Put<uint8_t>(static_cast<uint8_t>(std::lround(body.weights(v, j) * kWeightSteps)));
+    }
+  }
+}
+
+// DATA_LOSS for a body that CheckRiggedBody refuses; the reader remembers bytes that end too soon.
+absl::Status GetRigged(Reader& reader, RiggedBody& body) {
+  const std::vector<char> name = reader.GetSized<char>();
+  body.name.assign(name.begin(), name.end());
+  body.held_out = reader.Get<uint8_t>() != 0;
+  body.rest.stature = reader.Get<double>();
+  body.rest.joints = Points::Zero(kHumanJoints, 3);
+  reader.GetArray(body.rest.joints.data(), 3 * kHumanJoints);
+  const size_t vertices = reader.Get<uint32_t>();
+  const size_t faces = reader.Get<uint32_t>();
+  const std::vector<int16_t> rows = GetRows(reader, vertices);
+  const std::vector<int16_t> corners = GetRows(reader, faces);
+  if (!reader.Has(vertices, 1)) return absl::OkStatus();
+  // Before a row of 24 weights is allocated for each.
+  if (vertices > size_t{kMaxRiggedVertices}) {
+    return absl::DataLossError(fmt::format("character pack: {} vertices of {}", vertices, body.name));
+  }
+  body.rest.positions.resize(static_cast<Eigen::Index>(vertices), 3);
+  std::transform(rows.begin(), rows.end(), body.rest.positions.data(),
+                 [](int16_t x) { return kMorphUnit * static_cast<float>(x); });
+  body.faces.resize(static_cast<Eigen::Index>(faces), 3);
+  std::transform(corners.begin(), corners.end(), body.faces.data(),
+                 [](int16_t corner) { return static_cast<uint16_t>(corner); });
+  body.weights = RowMatrix::Zero(static_cast<Eigen::Index>(vertices), kHumanJoints);
+  for (size_t v = 0; v < vertices; ++v) {
+    for (int i = reader.Get<uint8_t>(); i > 0; --i) {
+      const auto joint = reader.Get<uint8_t>();
+      const auto steps = reader.Get<uint8_t>();
+      // A joint out of range leaves its row short of 1, which CheckRiggedBody refuses.
+      if (joint < kHumanJoints) {
+        body.weights(static_cast<Eigen::Index>(v), joint) = static_cast<float>(steps) / kWeightSteps;
+      }
+    }
+  }
+  if (reader.failed()) return absl::OkStatus();
+  if (const absl::Status status = CheckRiggedBody(body); !status.ok()) {
+    return absl::DataLossError(fmt::format("character pack: {}", std::string(status.message())));
   }
   return absl::OkStatus();
 }
@@ -206,6 +275,8 @@ std::string SerializePack(const CharacterPack& pack) {
     content.PutArray(clip.name.data(), clip.name.size());
     content.PutSized(clip.quaternions);
   }
+  content.Put<uint32_t>(static_cast<uint32_t>(pack.rigged.size()));
+  for (const RiggedBody& body : pack.rigged) PutRigged(content, body);
   const std::string compressed = Compress(content.bytes());
   Writer file;
   file.PutArray(kMagic.data(), kMagic.size());
@@ -224,8 +295,9 @@ absl::StatusOr<CharacterPack> ParsePack(std::string_view bytes) {
   const auto version = header.Get<uint32_t>();
   const auto raw_size = header.Get<uint64_t>();
   const auto checksum = header.Get<uint32_t>();
-  if (version != kVersion) {
-    return absl::DataLossError(fmt::format("character pack of version {}, expected {}", version, kVersion));
+  if (version != kVersion && version != kVersionWithoutRigged) {
+    return absl::DataLossError(fmt::format("character pack of version {}, expected {} or {}", version,
+                                           kVersionWithoutRigged, kVersion));
   }
   const std::string_view compressed = bytes.substr(kHeaderBytes);
   if (raw_size > kMaxRawBytes || checksum != crc32(0, reinterpret_cast<const Bytef*>(compressed.data()),
@@ -245,6 +317,10 @@ absl::StatusOr<CharacterPack> ParsePack(std::string_view bytes) {
     if (clip.quaternions.size() % (4 * kHumanJoints) != 0) {
       return absl::DataLossError(fmt::format("character pack: clip {} has a broken frame", clip.name));
     }
+  }
+  const uint32_t rigged = version == kVersionWithoutRigged ? 0 : reader.Get<uint32_t>();
+  for (uint32_t count = rigged; count > 0 && !reader.failed(); --count) {
+    STANCE_RETURN_IF_ERROR(GetRigged(reader, pack.rigged.emplace_back()));
   }
   if (!reader.finished()) return absl::DataLossError("character pack: truncated or with surplus bytes");
   if (const absl::Status status = CheckBodyData(pack.body); !status.ok()) {

@@ -85,6 +85,11 @@ void AddCharacterOptions(CLI::App& command, EvaluationArguments& arguments, Word
       ->capture_default_str();
   command.add_option("--noise", arguments.characters.noise, "Noise along normals, metres")
       ->capture_default_str();
+  command
+      .add_option("--rigged-share", arguments.characters.rigged_share,
+                  "Share of held-out rigged characters; 1: no others")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
   command.add_flag("!--no-global-rotation", arguments.characters.global_rotation,
                    "Characters keep facing +z");
 }

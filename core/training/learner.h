@@ -45,8 +45,10 @@ class Learner {
 
 // What the stage's stream of characters is asked for; each stage sees its own characters.
 inline SampleOptions SampleOptionsOf(const TrainingOptions& options) {
-  return {options.seed * 3 + static_cast<uint64_t>(options.stage), options.samples_per_mesh,
-          options.max_ring};
+  SampleOptions samples{options.seed * 3 + static_cast<uint64_t>(options.stage), options.samples_per_mesh,
+                        options.max_ring};
+  samples.rigged_share = options.rigged_share;
+  return samples;
 }
 
 // Begins to make the stage's batches by `make(first)`, from the character `seen` on.

@@ -5,6 +5,9 @@
 namespace stance {
 namespace {
 
+constexpr double kHoledShare = 0.1;  // of the augmented characters
+constexpr int kMostHoles = 3;
+
 struct Sample {
   NetworkInput input;
   std::vector<int32_t> joint_of;  // per point
@@ -30,12 +33,14 @@ Character MakeTrainingCharacter(const CharacterGenerator& generator, const Sampl
   character_options.split = options.split;
   character_options.poses = options.poses;
   character_options.global_rotation = options.turn;
+  character_options.rigged_share = options.rigged_share;
   if (options.augment) {
     character_options.vertices = -1;
     character_options.anisotropic_scale = true;
     // Metres along the normal; paper A trains with +-1.5 cm throughout, which drowns the hands.
     const double noise[] = {0.0, 0.0, 0.002, 0.005, 0.015};
     character_options.noise = noise[random.Below(5)];
+    if (random.Chance(kHoledShare)) character_options.holes = 1 + static_cast<int>(random.Below(kMostHoles));
   }
   return generator.Make(options.seed, index, character_options);
 }

@@ -27,8 +27,9 @@ struct SampleOptions {
   int max_ring = 12;
   Split split = Split::kTrain;
   PoseMix poses = PoseMix::kTraining;
-  bool augment = true;  // noise, per-limb scale, random resolution
-  bool turn = true;     // CharacterOptions::global_rotation
+  bool augment = true;      // noise, per-limb scale, random resolution, holes
+  bool turn = true;         // CharacterOptions::global_rotation
+  double rigged_share = 0;  // CharacterOptions::rigged_share
 };
 
 // The index-th character of the stream, posed, scaled and roughened as the options say.

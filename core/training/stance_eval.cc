@@ -17,11 +17,14 @@ namespace stance {
 namespace {
 
 absl::StatusOr<std::unique_ptr<CharacterGenerator>> OpenGenerator(const EvaluationArguments& arguments) {
-  if (!arguments.data.empty()) return CharacterGenerator::FromPack(arguments.data);
-  if (!arguments.mpfb.empty() && !arguments.bvh.empty()) {
-    return CharacterGenerator::FromData(arguments.mpfb, arguments.bvh);
+  if (arguments.data.empty() && (arguments.mpfb.empty() || arguments.bvh.empty())) {
+    return absl::InvalidArgumentError("the characters are missing: give --data, or --mpfb and --bvh");
   }
-  return absl::InvalidArgumentError("the characters are missing: give --data, or --mpfb and --bvh");
+  STANCE_ASSIGN_OR_RETURN(auto generator, arguments.data.empty()
+                                              ? CharacterGenerator::FromData(arguments.mpfb, arguments.bvh)
+                                              : CharacterGenerator::FromPack(arguments.data));
+  STANCE_RETURN_IF_ERROR(generator->Check(arguments.characters));
+  return generator;
 }
 
 absl::StatusOr<std::unique_ptr<Pipeline>> OpenPipeline(const EvaluationArguments& arguments) {

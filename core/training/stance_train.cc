@@ -1,10 +1,13 @@
 // stance-train: builds data packs, trains, and exports models.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "core/base/allocator.h"
 #include "core/mesh/mesh_io.h"
@@ -20,13 +23,30 @@ using stance::CharacterGenerator;
 
 // The index-th test character of a stream, facing +z, as a mesh file.
 absl::Status WriteCharacter(const CharacterGenerator& generator, uint64_t seed, int64_t index, int vertices,
-                            const std::string& mix, const std::string& path) {
+                            double rigged_share, const std::string& mix, const std::string& path) {
   stance::CharacterOptions options;
   options.split = stance::Split::kTest;
   options.poses = mix == "hard" ? stance::PoseMix::kHard : stance::PoseMix::kModerate;
   options.vertices = vertices;
   options.global_rotation = false;
+  options.rigged_share = rigged_share;
+  STANCE_RETURN_IF_ERROR(generator.Check(options));
   return stance::WriteMesh(generator.Make(seed, index, options).mesh, path);
+}
+
+absl::Status WritePack(const std::string& mpfb, const std::string& bvh,
+                       const std::vector<std::string>& rigged, const std::string& out) {
+  STANCE_ASSIGN_OR_RETURN(const auto generator, CharacterGenerator::FromData(mpfb, bvh));
+  for (const std::string& folder : rigged) {
+    STANCE_ASSIGN_OR_RETURN(const std::vector<std::string> refused, generator->AddRigged(folder));
+    for (const std::string& line : refused) fmt::print(stderr, "left out: {}\n", line);
+  }
+  if (!rigged.empty()) {
+    const std::vector<std::string> held_out = generator->RiggedNames(stance::Split::kTest);
+    fmt::print("rigged characters: {} for training; held out: {}\n",
+               generator->RiggedNames(stance::Split::kTrain).size(), fmt::join(held_out, ", "));
+  }
+  return generator->WritePack(out);
 }
 
 int Finish(const absl::Status& status) {
@@ -48,9 +68,11 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
 
   std::string mpfb, bvh, out;
+  std::vector<std::string> rigged;
   auto* pack = app.add_subcommand("pack", "Write the generator's data as one file");
   pack->add_option("--mpfb", mpfb, "Folder with MPFB's 3dobjs, targets and rigs")->required();
   pack->add_option("--bvh", bvh, "Folder with BVH clips")->required();
+  pack->add_option("--rigged", rigged, "Folder with rigged characters (.fbx, .glb); may be repeated");
   pack->add_option("-o,--out", out, "The pack to write")->required();
 
   uint64_t seed = 1;
@@ -65,6 +87,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   init->add_option("--samples", manifest.samples, "Surface samples per mesh")->capture_default_str();
 
+  stance::TrainingOptions options;
   int64_t index = 0;
   int vertices = 0;
   std::string data, mix = "moderate";
@@ -74,12 +97,15 @@ int main(int argc, char** argv) {
   character->add_option("--index", index, "Which one")->capture_default_str();
   character->add_option("--vertices", vertices, "About so many vertices; 0: all 13,380")
       ->capture_default_str();
+  character
+      ->add_option("--rigged-share", options.rigged_share, "1: only the pack's held-out rigged characters")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
   character->add_option("--poses", mix, "moderate or hard")
       ->check(CLI::IsMember({"moderate", "hard"}))
       ->capture_default_str();
   character->add_option("-o,--out", out, "Mesh file; the extension gives the format")->required();
 
-  stance::TrainingOptions options;
   std::optional<int64_t> batch;
   std::optional<double> learning_rate;
   std::optional<bool> bfloat16;
@@ -104,6 +130,9 @@ int main(int argc, char** argv) {
   run->add_option("--reuse", options.reuse,
                   "How often each character comes in stage pose, turned and mirrored anew")
       ->capture_default_str();
+  run->add_option("--rigged-share", options.rigged_share, "Share of the pack's rigged characters")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
   run->add_flag("--bf16,!--no-bf16", bfloat16,
                 "Products in bfloat16 in stage pose [where the CPU has AMX, and on CUDA]");
   run->add_option("--threads", options.threads, "Threads of the networks")->capture_default_str();
@@ -127,8 +156,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
 
   if (*pack) {
-    auto generator = CharacterGenerator::FromData(mpfb, bvh);
-    return Finish(generator.ok() ? (*generator)->WritePack(out) : generator.status());
+    return Finish(WritePack(mpfb, bvh, rigged, out));
   }
   if (*init) {
     return Finish(manifest.method == stance::kStanceMethod
@@ -139,8 +167,9 @@ int main(int argc, char** argv) {
   if (*save) return Finish(stance::ExportModel(work, out, exported));
   if (*character) {
     auto generator = CharacterGenerator::FromPack(data);
-    return Finish(generator.ok() ? WriteCharacter(**generator, seed, index, vertices, mix, out)
-                                 : generator.status());
+    return Finish(generator.ok()
+                      ? WriteCharacter(**generator, seed, index, vertices, options.rigged_share, mix, out)
+                      : generator.status());
   }
   auto parsed = stance::TrainingStageFromName(stage);
   if (!parsed.ok()) return Finish(parsed.status());

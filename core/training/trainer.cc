@@ -255,6 +255,7 @@ TrainingOptions DefaultTrainingOptions(TrainingStage stage) {
 absl::Status Train(const CharacterGenerator& generator, const TrainingOptions& options,
                    const std::function<void(const std::string&)>& report) {
   STANCE_RETURN_IF_ERROR(CheckOptions(options));
+  STANCE_RETURN_IF_ERROR(generator.Check({.split = Split::kTrain, .rigged_share = options.rigged_share}));
   try {
     return TrainImpl(generator, options, report);
   } catch (const std::exception& error) {

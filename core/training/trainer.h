@@ -44,6 +44,8 @@ struct TrainingOptions {
   int64_t loss_points = 256;
   // How often each character comes in stage "pose", turned and mirrored anew (pose_samples.h).
   int64_t reuse = 1;
+  // CharacterOptions::rigged_share of the characters seen.
+  double rigged_share = 0;
   // Matrix products with bfloat16 operands in stage "pose" (product.h).
   bool bfloat16 = false;
   int threads = 1;             // for the networks

@@ -75,6 +75,73 @@ TEST(CharacterPack, ExtremeDeltasSurvive) {
   EXPECT_EQ(read->body.morphs[0].deltas, deltas);
 }
 
+// A tetrahedron, all that a pack asks of a rigged body.
+RiggedBody SmallRigged(const std::string& name, bool held_out) {
+  RiggedBody body;
+  body.name = name;
+  body.held_out = held_out;
+  body.rest.positions = Points::Zero(4, 3);
+  body.rest.positions.bottomRows(3).diagonal().setConstant(kMorphUnit * 17000);
+  body.rest.positions(0, 0) = kMorphUnit * -12345;
+  body.rest.joints = Points::Random(kHumanJoints, 3);
+  body.rest.stature = 1.7;
+  body.faces.resize(4, 3);
+  body.faces << 0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3;
+  body.weights = RowMatrix::Zero(4, kHumanJoints);
+  body.weights.col(kHead).setConstant(200.0f / kWeightSteps);
+  body.weights.col(kNeck).setConstant(55.0f / kWeightSteps);
+  return body;
+}
+
+TEST(CharacterPack, RiggedBodiesSurviveExactly) {
+  CharacterPack pack = SmallPack();
+  pack.rigged = {SmallRigged("a/one", false), SmallRigged("a/two", true)};
+  const auto read = ParsePack(SerializePack(pack));
+  ASSERT_TRUE(read.ok()) << read.status();
+  ASSERT_EQ(read->rigged.size(), 2u);
+  for (size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(read->rigged[i].name, pack.rigged[i].name);
+    EXPECT_EQ(read->rigged[i].held_out, pack.rigged[i].held_out);
+    EXPECT_EQ(read->rigged[i].rest.positions, pack.rigged[i].rest.positions);
+    EXPECT_EQ(read->rigged[i].rest.joints, pack.rigged[i].rest.joints);
+    EXPECT_EQ(read->rigged[i].rest.stature, pack.rigged[i].rest.stature);
+    EXPECT_EQ(read->rigged[i].faces, pack.rigged[i].faces);
+    EXPECT_EQ(read->rigged[i].weights, pack.rigged[i].weights);
+  }
+}
+
+TEST(CharacterPack, DamagedRiggedBodiesAreDataLoss) {
+  CharacterPack pack = SmallPack();
+  pack.rigged = {SmallRigged("a/one", false)};
+  const std::string raw = Raw(SerializePack(pack));
+  const size_t begin = Raw(SerializePack(SmallPack())).size();
+  Random random(3);
+  for (int i = 0; i < 50; ++i) {
+    EXPECT_EQ(ParsePack(Wrapped(raw.substr(0, begin + random.Below(raw.size() - begin)))).status().code(),
+              absl::StatusCode::kDataLoss);
+    std::string damaged = raw;
+    damaged[begin + random.Below(raw.size() - begin)] = static_cast<char>(random.Below(256));
+    const auto read = ParsePack(Wrapped(damaged));
+    for (size_t k = 0; read.ok() && k < read->rigged.size(); ++k) {
+      EXPECT_TRUE(CheckRiggedBody(read->rigged[k]).ok());
+    }
+  }
+  pack.rigged[0].faces(0, 0) = 4;
+  const auto read = ParsePack(SerializePack(pack));
+  EXPECT_EQ(read.status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_NE(std::string(read.status().message()).find("a/one"), std::string::npos);
+}
+
+TEST(CharacterPack, VersionOneHasNoRiggedBodies) {
+  const std::string raw = Raw(SerializePack(SmallPack()));
+  std::string old = Wrapped(raw.substr(0, raw.size() - 4));  // without their count
+  old[8] = 1;
+  const auto read = ParsePack(old);
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_TRUE(read->rigged.empty());
+  EXPECT_EQ(read->clips.size(), 2u);
+}
+
 TEST(CharacterPack, DamagedBytesAreDataLoss) {
   const std::string bytes = SerializePack(SmallPack());
   const auto code = [](const std::string& damaged) { return ParsePack(damaged).status().code(); };

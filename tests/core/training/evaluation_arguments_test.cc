@@ -22,16 +22,14 @@ Outcome Parse(std::vector<const char*> words) {
 }
 
 TEST(ParseEvaluationArguments, Pairs) {
-  const auto [exit_code, arguments] = Parse({"pairs",     "--model",
-                                             "m",         "--data",
-                                             "p",         "--pairs",
-                                             "7",         "--seed",
-                                             "9",         "--poses",
-                                             "hard",      "--twist",
-                                             "inherited", "--smoothing",
-                                             "hopwise",   "--lambda",
-                                             "5",         "--no-global-rotation",
-                                             "--out",     "o"});
+  const auto [exit_code, arguments] = Parse({"pairs",     "--model",     "m",
+                                             "--data",    "p",           "--pairs",
+                                             "7",         "--seed",      "9",
+                                             "--poses",   "hard",        "--twist",
+                                             "inherited", "--smoothing", "hopwise",
+                                             "--lambda",  "5",           "--no-global-rotation",
+                                             "--out",     "o",           "--rigged-share",
+                                             "0.5"});
   ASSERT_EQ(exit_code, std::nullopt);
   EXPECT_EQ(arguments.command, EvaluationCommand::kPairs);
   EXPECT_EQ(arguments.command_line.substr(0, 25), "stance-eval pairs --model");
@@ -45,6 +43,7 @@ TEST(ParseEvaluationArguments, Pairs) {
   EXPECT_EQ(arguments.transfer.smoothing.kind, SmoothingKind::kHopwise);
   EXPECT_EQ(arguments.transfer.smoothing.lambda, 5);
   EXPECT_FALSE(arguments.characters.global_rotation);
+  EXPECT_EQ(arguments.characters.rigged_share, 0.5);
   EXPECT_EQ(arguments.characters.split, Split::kTest);
   EXPECT_GE(arguments.threads, 1);
 }
@@ -57,6 +56,7 @@ TEST(ParseEvaluationArguments, DefaultsAreThoseOfThePipeline) {
   EXPECT_EQ(arguments.transfer.smoothing.kind, TransferOptions().smoothing.kind);
   EXPECT_EQ(arguments.transfer.twist, Twist::kPaper);
   EXPECT_TRUE(arguments.characters.global_rotation);
+  EXPECT_EQ(arguments.characters.rigged_share, 0);
 }
 
 TEST(ParseEvaluationArguments, FilesAndRender) {

@@ -174,6 +174,9 @@ TEST_F(TrainerTest, NamesTheOptionThatIsOutOfRange) {
            Case{"generator_threads: 0", [](TrainingOptions& o) { o.generator_threads = 0; }},
            Case{"learning_rate: nan", [](TrainingOptions& o) { o.learning_rate = std::nan(""); }},
            Case{"final_rate: 2", [](TrainingOptions& o) { o.final_rate = 2; }},
+           Case{"rigged_share: 2", [](TrainingOptions& o) { o.rigged_share = 2; }},
+           Case{"rigged_share: 0.5, but",
+                [](TrainingOptions& o) { o.rigged_share = 0.5; }},  // there are none
            Case{"max_hours: -1", [](TrainingOptions& o) { o.max_hours = -1; }},
            Case{"device: 'tpu'", [](TrainingOptions& o) { o.device = "tpu"; }},
        }) {
@@ -207,6 +210,21 @@ TEST_F(TrainerTest, ALossThatIsNotFiniteStopsTheStage) {
   const absl::Status status = Run(wild);
   EXPECT_EQ(status.code(), absl::StatusCode::kInternal);
   EXPECT_NE(std::string(status.message()).find("not finite"), std::string::npos) << status;
+}
+
+TEST_F(TrainerTest, OneAugmentedCharacterInTenHasHoles) {
+  std::set<int64_t> whole;  // face counts of the body's levels
+  for (int i = 0; i < 40; ++i) whole.insert(generator_->Make(1, i, {.vertices = -1}).mesh.face_count());
+  int holed = 0;
+  for (int i = 0; i < 300; ++i) {
+    holed += whole.contains(MakeTrainingCharacter(*generator_, {7, 96, 12}, i).mesh.face_count()) ? 0 : 1;
+  }
+  EXPECT_NEAR(holed, 30, 15);
+  SampleOptions plain{7, 96, 12};
+  plain.augment = false;
+  for (int i = 0; i < 40; ++i) {
+    EXPECT_TRUE(whole.contains(MakeTrainingCharacter(*generator_, plain, i).mesh.face_count()));
+  }
 }
 
 TEST_F(TrainerTest, ASampleHasTheLabelOfItsPlace) {

@@ -1,0 +1,74 @@
+#include "core/training/holes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "core/mesh/measure.h"
+#include "tests/support/meshes.h"
+
+namespace stance {
+namespace {
+
+std::set<std::array<int32_t, 3>> FaceSet(const Faces& faces) {
+  std::set<std::array<int32_t, 3>> set;
+  for (Eigen::Index f = 0; f < faces.rows(); ++f) set.insert({faces(f, 0), faces(f, 1), faces(f, 2)});
+  return set;
+}
+
+TEST(CutHoles, NoBallCutsNothing) {
+  const TriangleMesh mesh = testing::Grid(20, 20);
+  Random random(1);
+  EXPECT_EQ(CutHoles(random, 0, mesh.positions, mesh.faces), mesh.faces);
+}
+
+TEST(CutHoles, NeverCutsMoreThanAskedFor) {
+  const TriangleMesh mesh = testing::Icosphere(4, 0.3f);
+  const std::set<std::array<int32_t, 3>> all = FaceSet(mesh.faces);
+  const double area = SurfaceArea(mesh.positions, mesh.faces);
+  for (uint64_t seed = 0; seed < 20; ++seed) {
+    Random random(seed);
+    const Faces kept = CutHoles(random, 8, mesh.positions, mesh.faces);
+    EXPECT_LT(kept.rows(), mesh.faces.rows());
+    EXPECT_GE(SurfaceArea(mesh.positions, kept), 0.7 * area);
+    const auto left = FaceSet(kept);
+    EXPECT_EQ(left.size(), static_cast<size_t>(kept.rows()));
+    EXPECT_TRUE(std::includes(all.begin(), all.end(), left.begin(), left.end()));
+  }
+}
+
+TEST(CutHoles, AHoleIsABall) {
+  const TriangleMesh mesh = testing::Grid(60, 60);
+  for (uint64_t seed = 0; seed < 10; ++seed) {
+    Random random(seed);
+    const auto kept = FaceSet(CutHoles(random, 1, mesh.positions, mesh.faces));
+    Points cut(0, 3);
+    for (Eigen::Index f = 0; f < mesh.faces.rows(); ++f) {
+      if (kept.contains({mesh.faces(f, 0), mesh.faces(f, 1), mesh.faces(f, 2)})) continue;
+      cut.conservativeResize(cut.rows() + 1, 3);
+      cut.bottomRows(1) = mesh.positions.row(mesh.faces(f, 0));
+    }
+    ASSERT_GT(cut.rows(), 0);
+    // 15 cm about the centre, and an edge of 1/60 about the centroids.
+    EXPECT_LT((cut.colwise().maxCoeff() - cut.colwise().minCoeff()).maxCoeff(), 0.3f + 2.0f / 60);
+  }
+}
+
+TEST(CutHoles, ABallAsLargeAsTheMeshCutsNothing) {
+  const TriangleMesh mesh = testing::Icosphere(2, 0.01f);
+  Random random(3);
+  EXPECT_EQ(CutHoles(random, 5, mesh.positions, mesh.faces), mesh.faces);
+}
+
+TEST(CutHoles, TheSameSeedCutsTheSameHoles) {
+  const TriangleMesh mesh = testing::Grid(40, 40);
+  Random first(4), second(4), other(5);
+  const Faces faces = CutHoles(first, 2, mesh.positions, mesh.faces);
+  EXPECT_EQ(faces, CutHoles(second, 2, mesh.positions, mesh.faces));
+  EXPECT_NE(FaceSet(faces), FaceSet(CutHoles(other, 2, mesh.positions, mesh.faces)));
+}
+
+}  // namespace
+}  // namespace stance
