@@ -1,12 +1,16 @@
 #include "client/request.h"
 
+#include <optional>
+
 #include "proto/wire/mesh_wire.h"
 
 namespace stance {
 namespace {
 
-v1::Method MethodToWire(Method method) {
-  switch (method) {
+// Unset is for the server to choose.
+v1::Method MethodToWire(std::optional<Method> method) {
+  if (!method) return v1::METHOD_UNSPECIFIED;
+  switch (*method) {
     case Method::kSkeletal:
       return v1::METHOD_SKELETAL;
     case Method::kStance:

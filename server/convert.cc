@@ -123,7 +123,7 @@ template <typename WireOptions>
 absl::Status CommonOptions(const WireOptions& wire, const Catalog& catalog, TransferOptions& options,
                            std::string& model, BoneNaming& naming) {
   STANCE_ASSIGN_OR_RETURN(options.method, MethodFromWire(wire.method()));
-  STANCE_ASSIGN_OR_RETURN(model, FindModel(wire.model(), options.method, catalog));
+  STANCE_ASSIGN_OR_RETURN(model, FindModel(wire.model(), *options.method, catalog));
   STANCE_ASSIGN_OR_RETURN(options.smoothing, SmoothingFromWire(wire.smoothing()));
   if (wire.has_max_influences()) {
     if (wire.max_influences() > kMostInfluences) {

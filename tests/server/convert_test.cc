@@ -54,7 +54,7 @@ TEST(PlanTransferTest, DefaultsAreCoresOwn) {
   const absl::StatusOr<TransferPlan> plan = PlanTransfer(GoodTransfer(), catalog);
   ASSERT_TRUE(plan.ok()) << plan.status();
   const TransferOptions defaults;
-  EXPECT_EQ(plan->options.method, defaults.method);
+  EXPECT_EQ(plan->options.method, Method::kSkeletal);
   EXPECT_EQ(plan->options.smoothing.kind, defaults.smoothing.kind);
   EXPECT_EQ(plan->options.smoothing.length, defaults.smoothing.length);
   EXPECT_EQ(plan->options.twist, defaults.twist);
