@@ -342,10 +342,16 @@ absl::StatusOr<std::unique_ptr<Pipeline>> Pipeline::Load(const std::vector<std::
     for (const std::filesystem::path& model_dir : ModelFolders(folder)) {
       STANCE_ASSIGN_OR_RETURN(std::unique_ptr<LoadedMethod> method, LoadedMethod::Load(model_dir, options));
       for (const auto& other : methods) {
-        if (other->info().method != method->info().method) continue;
-        return absl::InvalidArgumentError(fmt::format("{}: a second model of the method '{}', besides '{}'",
-                                                      model_dir.string(), MethodName(method->info().method),
-                                                      other->info().name));
+        const ModelInfo &one = other->info(), &two = method->info();
+        if (one.method == two.method) {
+          return absl::InvalidArgumentError(fmt::format("{}: a second model of the method '{}', besides '{}'",
+                                                        model_dir.string(), MethodName(two.method),
+                                                        one.name));
+        }
+        if (one.name == two.name) {
+          return absl::InvalidArgumentError(
+              fmt::format("{}: a second model of the name '{}'", model_dir.string(), two.name));
+        }
       }
       methods.push_back(std::move(method));
     }

@@ -70,7 +70,8 @@ class Pipeline {
  public:
   // Loads the models in `folders`: each is a model's own folder (models/README.md says what lies there) or
   // holds such folders, all of which are loaded. NOT_FOUND, INVALID_ARGUMENT or DATA_LOSS, with the path, for
-  // a model that is missing, unknown or damaged; INVALID_ARGUMENT for two models of one method.
+  // a model that is missing, unknown or damaged; INVALID_ARGUMENT for two models of one method or of one
+  // name.
   static absl::StatusOr<std::unique_ptr<Pipeline>> Load(const std::vector<std::filesystem::path>& folders,
                                                         const PipelineOptions& options = {});
   static absl::StatusOr<std::unique_ptr<Pipeline>> Load(const std::filesystem::path& folder,

@@ -28,6 +28,8 @@ TEST(RequestTest, SendsOnlyWhatTheComputationReads) {
   TransferOptions options;
   options.source_up = UpAxis::kZ;
   options.twist = Twist::kInherited;
+  options.facing = Facing::kSource;
+  options.ground = Ground::kSource;
   CallOptions call;
   call.want_weights = false;
   call.model = "m";
@@ -43,6 +45,8 @@ TEST(RequestTest, SendsOnlyWhatTheComputationReads) {
   EXPECT_EQ(request.reference().up_axis(), v1::UP_AXIS_Y);
   EXPECT_EQ(request.options().method(), v1::METHOD_UNSPECIFIED);
   EXPECT_EQ(request.options().twist(), v1::TWIST_INHERITED);
+  EXPECT_EQ(request.options().facing(), v1::FACING_SOURCE);
+  EXPECT_EQ(request.options().ground(), v1::GROUND_SOURCE);
   EXPECT_EQ(request.options().max_influences(), 4u);
   EXPECT_EQ(request.options().bone_naming(), v1::BONE_NAMING_SMPL);
   EXPECT_EQ(request.options().target_format(), v1::OUTPUT_FORMAT_ARRAYS);

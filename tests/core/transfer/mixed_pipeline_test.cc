@@ -59,6 +59,7 @@ TEST_F(MixedPipelineTest, StanceIsTheDefaultWhereverItStands) {
   ASSERT_EQ(pipeline_->models().size(), 2u);
   EXPECT_EQ(pipeline_->models()[0].method, Method::kStance);
   EXPECT_EQ(pipeline_->models()[1].method, Method::kSkeletal);
+  EXPECT_EQ(pipeline_->models()[0].name, "untrained-stance");
   EXPECT_TRUE(pipeline_->WarmUp().ok());
   const TriangleMesh source = Lopsided(), reference = testing::Capsule();
   EXPECT_LT(Furthest(Transfer(source, reference, {}).target,
