@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <system_error>
 #include <utility>
 
 #include "core/network/model_manifest.h"
@@ -63,6 +65,24 @@ class StanceMethod : public LoadedMethod {
   const PoseRigger rigger_;
 };
 
+bool HoldsModel(const std::filesystem::path& folder) {
+  std::error_code error;
+  return std::filesystem::exists(folder / "manifest.json", error);
+}
+
+// The models' own folders that `folder` stands for, by name: itself, or those in it. Itself also where there
+// is none, for its error.
+std::vector<std::filesystem::path> ModelFolders(const std::filesystem::path& folder) {
+  if (HoldsModel(folder)) return {folder};
+  std::vector<std::filesystem::path> found;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (HoldsModel(entry.path())) found.push_back(entry.path());
+  }
+  std::sort(found.begin(), found.end());
+  return found.empty() ? std::vector{folder} : found;
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<LoadedMethod>> LoadedMethod::Load(const std::filesystem::path& model_dir,
@@ -78,6 +98,33 @@ absl::StatusOr<std::unique_ptr<LoadedMethod>> LoadedMethod::Load(const std::file
   }
   STANCE_ASSIGN_OR_RETURN(std::unique_ptr<SkeletalModel> model, SkeletalModel::Load(model_dir));
   return std::make_unique<SkeletalMethod>(std::move(model), options);
+}
+
+absl::StatusOr<std::vector<std::unique_ptr<LoadedMethod>>> LoadMethods(
+    const std::vector<std::filesystem::path>& folders, const PipelineOptions& options) {
+  std::vector<std::unique_ptr<LoadedMethod>> methods;
+  for (const std::filesystem::path& folder : folders) {
+    for (const std::filesystem::path& model_dir : ModelFolders(folder)) {
+      STANCE_ASSIGN_OR_RETURN(std::unique_ptr<LoadedMethod> method, LoadedMethod::Load(model_dir, options));
+      for (const auto& other : methods) {
+        const ModelInfo &one = other->info(), &two = method->info();
+        if (one.method == two.method) {
+          return absl::InvalidArgumentError(fmt::format("{}: a second model of the method '{}', besides '{}'",
+                                                        model_dir.string(), MethodName(two.method),
+                                                        one.name));
+        }
+        if (one.name == two.name) {
+          return absl::InvalidArgumentError(
+              fmt::format("{}: a second model of the name '{}'", model_dir.string(), two.name));
+        }
+      }
+      methods.push_back(std::move(method));
+    }
+  }
+  if (methods.empty()) return absl::InvalidArgumentError("no model's folder is named");
+  std::stable_partition(methods.begin(), methods.end(),
+                        [](const auto& method) { return method->info().method == Method::kStance; });
+  return methods;
 }
 
 }  // namespace stance

@@ -3,6 +3,8 @@
 
 #include <filesystem>
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include "core/base/status.h"
 #include "core/transfer/options.h"
@@ -32,5 +34,10 @@ class LoadedMethod {
  private:
   const ModelInfo info_;
 };
+
+// Those of every model in `folders`, the default one first. At least one, none twice; errors as
+// Pipeline::Load.
+absl::StatusOr<std::vector<std::unique_ptr<LoadedMethod>>> LoadMethods(
+    const std::vector<std::filesystem::path>& folders, const PipelineOptions& options);
 
 }  // namespace stance
