@@ -30,7 +30,6 @@ struct TransferAnswer {
   JointTree joints;
   TransferResult result;  // weights have no rows where they were not asked for
   ServiceSeconds service;
-  std::string model;
   std::string request_id;  // empty in this process
 };
 
@@ -38,13 +37,23 @@ struct RigAnswer {
   JointTree joints;
   RigResult result;
   ServiceSeconds service;
-  std::string model;
   std::string request_id;
+};
+
+// A model as a server describes it; the method in the words of its own version.
+struct ServedModel {
+  std::string name;
+  std::string version;
+  std::string method;  // "stance"
+  int joint_count = 0;
+  int64_t parameter_count = 0;
+  int64_t sample_count = 0;
 };
 
 struct ServerInfo {
   std::string version;
-  std::vector<ModelInfo> models;  // the first is the default
+  std::vector<ServedModel> models;  // the first is the default
+  std::string default_method;       // of a request that names neither method nor model
   std::vector<std::string> methods;
   std::vector<std::string> formats;
   int64_t max_message_bytes = 0;

@@ -1,12 +1,16 @@
 #include "client/request.h"
 
+#include <optional>
+
 #include "proto/wire/mesh_wire.h"
 
 namespace stance {
 namespace {
 
-v1::Method MethodToWire(Method method) {
-  switch (method) {
+// Unset is for the server to choose.
+v1::Method MethodToWire(std::optional<Method> method) {
+  if (!method) return v1::METHOD_UNSPECIFIED;
+  switch (*method) {
     case Method::kSkeletal:
       return v1::METHOD_SKELETAL;
     case Method::kStance:
@@ -23,6 +27,26 @@ v1::Twist TwistToWire(Twist twist) {
       break;
   }
   return v1::TWIST_SMALLEST;
+}
+
+v1::Facing FacingToWire(Facing facing) {
+  switch (facing) {
+    case Facing::kSource:
+      return v1::FACING_SOURCE;
+    case Facing::kReference:
+      break;
+  }
+  return v1::FACING_REFERENCE;
+}
+
+v1::Ground GroundToWire(Ground ground) {
+  switch (ground) {
+    case Ground::kSource:
+      return v1::GROUND_SOURCE;
+    case Ground::kFree:
+      break;
+  }
+  return v1::GROUND_FREE;
 }
 
 // Only the parameter of the chosen kind may be set.
@@ -79,6 +103,8 @@ v1::TransferRequest MakeTransferRequest(const TriangleMesh& source, const Triang
     request.mutable_options()->add_outputs(v1::TRANSFER_OUTPUT_REFERENCE_WEIGHTS);
   }
   request.mutable_options()->set_twist(TwistToWire(options.twist));
+  request.mutable_options()->set_facing(FacingToWire(options.facing));
+  request.mutable_options()->set_ground(GroundToWire(options.ground));
   request.mutable_options()->set_target_format(v1::OUTPUT_FORMAT_ARRAYS);
   request.set_request_id(call.request_id);
   return request;

@@ -27,12 +27,15 @@ absl::Status ReadWeights(const v1::SkinWeights& wire, const char* field, RowMatr
   return absl::OkStatus();
 }
 
-absl::Status ReadSkeleton(const v1::Skeleton& wire, const char* field, JointTree* tree, Points* joints) {
+// `confidence` may be null.
+absl::Status ReadSkeleton(const v1::Skeleton& wire, const char* field, JointTree* tree, Points* joints,
+                          Eigen::VectorXf* confidence) {
   absl::StatusOr<PlacedSkeleton> read = SkeletonFromWire(wire);
   if (!read.ok()) return BadAnswer(field, read.status());
   tree->names = std::move(read->names);
   tree->parents = std::move(read->parents);
   *joints = std::move(read->joints);
+  if (confidence != nullptr) *confidence = std::move(read->confidence);
   return absl::OkStatus();
 }
 
@@ -46,6 +49,8 @@ std::string LowerSuffix(const std::string& name, size_t prefix) {
   for (char& c : text) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
   return text;
 }
+
+std::string MethodWord(v1::Method method) { return LowerSuffix(v1::Method_Name(method), 7); }
 
 }  // namespace
 
@@ -62,22 +67,22 @@ absl::StatusOr<TransferAnswer> ReadTransferResponse(const v1::TransferResponse& 
   result.target.positions = std::move(target->positions);
   result.target.normals = std::move(target->normals);
 
-  Points* const joints[] = {&result.source_rig.joints, &result.reference_rig.joints, &result.target_joints};
-  STANCE_RETURN_IF_ERROR(
-      ReadSkeleton(response.source_skeleton(), "source_skeleton", &answer.joints, joints[0]));
-  STANCE_RETURN_IF_ERROR(
-      ReadSkeleton(response.reference_skeleton(), "reference_skeleton", &answer.joints, joints[1]));
-  STANCE_RETURN_IF_ERROR(
-      ReadSkeleton(response.target_skeleton(), "target_skeleton", &answer.joints, joints[2]));
+  Rig &source_rig = result.source_rig, &reference_rig = result.reference_rig;
+  STANCE_RETURN_IF_ERROR(ReadSkeleton(response.source_skeleton(), "source_skeleton", &answer.joints,
+                                      &source_rig.joints, &source_rig.confidence));
+  STANCE_RETURN_IF_ERROR(ReadSkeleton(response.reference_skeleton(), "reference_skeleton", &answer.joints,
+                                      &reference_rig.joints, &reference_rig.confidence));
+  STANCE_RETURN_IF_ERROR(ReadSkeleton(response.target_skeleton(), "target_skeleton", &answer.joints,
+                                      &result.target_joints, nullptr));
   if (response.has_weights()) {
-    STANCE_RETURN_IF_ERROR(ReadWeights(response.weights(), "weights", &result.source_rig.weights));
-    if (result.source_rig.weights.rows() != source.vertex_count()) {
-      return BadCount("weights", result.source_rig.weights.rows(), source.vertex_count());
+    STANCE_RETURN_IF_ERROR(ReadWeights(response.weights(), "weights", &source_rig.weights));
+    if (source_rig.weights.rows() != source.vertex_count()) {
+      return BadCount("weights", source_rig.weights.rows(), source.vertex_count());
     }
   }
   if (response.has_reference_weights()) {
     STANCE_RETURN_IF_ERROR(
-        ReadWeights(response.reference_weights(), "reference_weights", &result.reference_rig.weights));
+        ReadWeights(response.reference_weights(), "reference_weights", &reference_rig.weights));
   }
   absl::StatusOr<std::vector<AffineTransform>> transforms = TransformsFromWire(response.joint_transforms());
   if (!transforms.ok()) return BadAnswer("response", transforms.status());
@@ -85,10 +90,17 @@ absl::StatusOr<TransferAnswer> ReadTransferResponse(const v1::TransferResponse& 
     return BadCount("joint_transforms", transforms->size(), answer.joints.parents.size());
   }
   result.transforms = *std::move(transforms);
+  if (response.has_confidence()) {
+    if (!(response.confidence() >= 0 && response.confidence() <= 1)) {
+      return absl::InternalError(
+          fmt::format("the server's answer: confidence is {}, not in [0, 1]", response.confidence()));
+    }
+    result.confidence = response.confidence();
+  }
   result.warnings.assign(response.warnings().begin(), response.warnings().end());
   result.seconds = PhasesFromWire(response.timings());
   answer.service = ReadServiceSeconds(response.timings());
-  answer.model = response.model();
+  answer.result.model = response.model();
   answer.request_id = response.request_id();
   return answer;
 }
@@ -96,7 +108,8 @@ absl::StatusOr<TransferAnswer> ReadTransferResponse(const v1::TransferResponse& 
 absl::StatusOr<RigAnswer> ReadRigResponse(const v1::RigResponse& response, const TriangleMesh& mesh) {
   RigAnswer answer;
   Rig& rig = answer.result.rig;
-  STANCE_RETURN_IF_ERROR(ReadSkeleton(response.skeleton(), "skeleton", &answer.joints, &rig.joints));
+  STANCE_RETURN_IF_ERROR(
+      ReadSkeleton(response.skeleton(), "skeleton", &answer.joints, &rig.joints, &rig.confidence));
   STANCE_RETURN_IF_ERROR(ReadWeights(response.weights(), "weights", &rig.weights));
   if (rig.weights.rows() != mesh.vertex_count()) {
     return BadCount("weights", rig.weights.rows(), mesh.vertex_count());
@@ -104,7 +117,7 @@ absl::StatusOr<RigAnswer> ReadRigResponse(const v1::RigResponse& response, const
   answer.result.warnings.assign(response.warnings().begin(), response.warnings().end());
   answer.result.seconds = PhasesFromWire(response.timings());
   answer.service = ReadServiceSeconds(response.timings());
-  answer.model = response.model();
+  answer.result.model = response.model();
   answer.request_id = response.request_id();
   return answer;
 }
@@ -113,16 +126,18 @@ ServerInfo ReadServerInfo(const v1::GetServerInfoResponse& response) {
   ServerInfo info;
   info.version = response.version();
   for (const v1::Model& model : response.models()) {
-    ModelInfo& read = info.models.emplace_back();
+    ServedModel& read = info.models.emplace_back();
     read.name = model.name();
     read.version = model.version();
+    read.method = MethodWord(model.method());
     read.joint_count = static_cast<int>(model.joint_count());
     read.parameter_count = static_cast<int64_t>(model.parameter_count());
     read.sample_count = static_cast<int64_t>(model.sample_count());
   }
   for (const int method : response.methods()) {
-    info.methods.push_back(LowerSuffix(v1::Method_Name(static_cast<v1::Method>(method)), 7));
+    info.methods.push_back(MethodWord(static_cast<v1::Method>(method)));
   }
+  info.default_method = MethodWord(response.default_method());
   for (const int format : response.formats()) {
     info.formats.push_back(LowerSuffix(v1::MeshFormat_Name(static_cast<v1::MeshFormat>(format)), 12));
   }

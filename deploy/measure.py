@@ -1,26 +1,31 @@
 #!/usr/bin/env python3
 """Measures the times of docs/performance.md and prints them as its tables.
 
-  deploy/measure.py [--seconds S] [--only benchmark|load]
+  deploy/measure.py [--seconds S] [--only benchmark|memory|load]
 
 Needs a finished release build (deploy/test.sh) and an otherwise idle machine. `benchmark` runs
-transfer_benchmark, every row of a table in the same run; `load` starts a server with the default model and runs
-stance-load against it with 1, 4 and 16 clients on the bundled pair.
+transfer_benchmark, every row of a table in the same run; `memory` runs the bundled pair once by each method in a
+process of its own; `load` starts a server with every model in models/ and runs stance-load against it with 1, 4 and
+16 clients on the bundled pair, by each method. Methods are those whose model is there.
 """
 
 import argparse
 import json
+import os
 import pathlib
 import re
 import signal
 import subprocess
 import sys
+import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BIN = ROOT / "build" / "release" / "bin"
 PAIR = [str(ROOT / "deploy" / "sample" / name) for name in ("source.glb", "reference.glb")]
 PHASES = ("check", "resample", "network", "pose", "weights", "deform")
 CLIENTS = (1, 4, 16)
+MODELS = {json.loads(path.read_text())["method"]: path.parent for path in sorted(ROOT.glob("models/*/manifest.json"))}
+METHODS = [method for method in ("stance", "skeletal") if method in MODELS]
 
 
 def table(head, rows):
@@ -40,7 +45,14 @@ def measure_benchmark():
     ms = {name: run["real_time"] for name, run in runs.items()}
 
     rows = []
-    for name, label in (("Transfer/sampled", "the model's samples (the default)"), ("Transfer/full_resolution", "every vertex")):
+    labels = (
+        ("Transfer/stance", "stance"),
+        ("Transfer/sampled", "skeletal, the model's samples"),
+        ("Transfer/full_resolution", "skeletal, every vertex"),
+    )
+    for name, label in labels:
+        if name not in runs:
+            continue
         rows.append([label, number(ms[name])] + [number(runs[name][f"{phase}_ms"]) for phase in PHASES])
     table(["ms", "total", *PHASES], rows)
 
@@ -61,9 +73,23 @@ def measure_benchmark():
     table(["channels", "20 nearest, one thread, ms", *(f"{size:,} rows" for size in sizes)], rows)
 
 
+def measure_memory():
+    rows = []
+    for method in METHODS:
+        with tempfile.TemporaryDirectory() as folder:
+            target = str(pathlib.Path(folder) / "target.glb")
+            command = [BIN / "stance", "transfer", *PAIR, "-o", target, "--local", "--model", MODELS[method], "--quiet"]
+            child = subprocess.Popen(command)
+            _, status, usage = os.wait4(child.pid, 0)
+        if status != 0:
+            sys.exit(f"measure.py: stance transfer by {method} failed")
+        rows.append([method, f"{usage.ru_maxrss / 1024:.0f}"])
+    table(["`stance transfer --local` on the pair", "peak MB"], rows)
+
+
 def measure_load(seconds):
     server = subprocess.Popen(
-        [BIN / "stance-server", "--listen", "127.0.0.1:0", "--metrics-listen", "127.0.0.1:0", "--model", ROOT / "models" / "skeletal-human24"],
+        [BIN / "stance-server", "--listen", "127.0.0.1:0", "--metrics-listen", "127.0.0.1:0", "--model", ROOT / "models"],
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         text=True,
@@ -73,16 +99,16 @@ def measure_load(seconds):
         if address is None:
             sys.exit("measure.py: the server ended before it was ready")
         rows = []
-        for clients in CLIENTS:
+        for method, clients in ((method, clients) for method in METHODS for clients in CLIENTS):
             command = [BIN / "stance-load", *PAIR, "--server", address, "--clients", str(clients)]
-            command += ["--duration", str(seconds), "--warmup", "3", "--json"]
+            command += ["--method", method, "--duration", str(seconds), "--warmup", "3", "--json"]
             report = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
             latency = report["latency_ms"]
             rows.append(
-                [clients, report["ok"], sum(report["errors"].values()), f"{report['throughput']:.1f}"]
+                [method, clients, report["ok"], sum(report["errors"].values()), f"{report['throughput']:.1f}"]
                 + [number(latency[key]) for key in ("p50", "p90", "p99", "max")]
             )
-        table(["clients", "answers", "errors", "answers/s", "p50 ms", "p90 ms", "p99 ms", "max ms"], rows)
+        table(["method", "clients", "answers", "errors", "answers/s", "p50 ms", "p90 ms", "p99 ms", "max ms"], rows)
     finally:
         server.send_signal(signal.SIGTERM)
         if server.wait(timeout=60) != 0:
@@ -92,11 +118,13 @@ def measure_load(seconds):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=20, help="length of each load run [20]")
-    parser.add_argument("--only", choices=("benchmark", "load"), help="one of the two")
+    parser.add_argument("--only", choices=("benchmark", "memory", "load"), help="one of the three")
     arguments = parser.parse_args()
-    if arguments.only != "load":
+    if arguments.only in (None, "benchmark"):
         measure_benchmark()
-    if arguments.only != "benchmark":
+    if arguments.only in (None, "memory"):
+        measure_memory()
+    if arguments.only in (None, "load"):
         measure_load(arguments.seconds)
 
 

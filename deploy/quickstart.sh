@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # From a bare Debian to a transferred pose: installs what is needed, builds, starts a server with the bundled
-# model, gives one bundled character the pose of another through the gRPC client, and stops the server.
+# models, gives one bundled character the pose of another by the default method through the gRPC client, and stops
+# the server.
 #
 #   deploy/quickstart.sh [--no-install] [SOURCE REFERENCE]
 #
-# Writes out/target.obj, out/target.glb and out/view.png. MODEL_DIR names another model's folder.
+# Writes out/target.obj, out/target.glb and out/view.png. MODEL_DIR names another folder of a model or of models.
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
 install=1
@@ -23,9 +24,9 @@ for argument in "$@"; do
 done
 if ((${#meshes[@]} == 0)); then meshes=(deploy/sample/source.glb deploy/sample/reference.glb); fi
 ((${#meshes[@]} == 2)) || die "wants SOURCE and REFERENCE, or neither"
-model="${MODEL_DIR:-models/skeletal-human24}"
+model="${MODEL_DIR:-models}"
 [[ "$model" == /* || -z "${MODEL_DIR:-}" ]] || model="$called_from/$model"
-for file in "${meshes[@]}" "$model/manifest.json"; do
+for file in "${meshes[@]}" "$model"; do
   [[ -r "$file" ]] || die "$file: no such file"
 done
 
@@ -72,6 +73,7 @@ until [[ -n "$address" ]] && "$bin/stance" server-info --server "$address" --tim
 done
 say "ready at $address"
 
+# The twist is that of METHOD_SKELETAL; METHOD_STANCE, the default where its model is there, learns its own.
 "$bin/stance" transfer --twist inherited "${meshes[@]}" --server "$address" \
   --output "$out/target.obj" --output "$out/target.glb" --view "$out/view.png"
 

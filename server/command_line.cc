@@ -51,8 +51,13 @@ std::variant<ServerConfig, ExitNow> ReadCommandLine(int argc, char** argv) {
     std::string names = FlagName(option.key);
     if (option.key == "server.listen") names = "--listen," + names;
     if (option.key == "model.directory") names = "--model," + names;
-    app.add_option(names, values[option.key], fmt::format("{} [{}]", option.help, option.default_value))
-        ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+    CLI::Option* flag =
+        app.add_option(names, values[option.key], fmt::format("{} [{}]", option.help, option.default_value));
+    if (option.is_list) {
+      flag->join(kListSeparator);  // may be repeated
+    } else {
+      flag->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+    }
   }
   try {
     app.parse(argc, argv);

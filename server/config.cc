@@ -8,13 +8,16 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <variant>
+#include <vector>
 
 namespace stance {
 namespace {
 
+using Texts = std::vector<std::string>;
 using Field = std::variant<std::string ServerConfig::*, int64_t ServerConfig::*, double ServerConfig::*,
-                           bool ServerConfig::*>;
+                           bool ServerConfig::*, Texts ServerConfig::*>;
 
 struct Option {
   const char* key;
@@ -43,7 +46,8 @@ const std::vector<Option>& Table() {
        "Time between NOT_SERVING and refusing new requests at shutdown, seconds"},
       {"server.drain_timeout_seconds", &C::server_drain_timeout_seconds, 0, 86400,
        "Most time for accepted requests to finish at shutdown, seconds"},
-      {"model.directory", &C::model_directory, 0, 0, "Directory of the model to serve (required)"},
+      {"model.directory", &C::model_directory, 0, 0,
+       "Folders of models, or of folders of models; one model of each method"},
       {"inference.workers", &C::inference_workers, 0, 1024,
        "Batches run at the same time; 0 chooses by the CPU quota"},
       {"inference.threads", &C::inference_threads, 0, 1024,
@@ -102,12 +106,49 @@ absl::Status SetText(ServerConfig& config, const Option& option, const std::stri
   return absl::OkStatus();
 }
 
+absl::Status SetTexts(ServerConfig& config, const Option& option, Texts values) {
+  if (values.empty() || std::find(values.begin(), values.end(), "") != values.end()) {
+    return BadValue(option, fmt::format("{}", fmt::join(values, std::string(1, kListSeparator))),
+                    "a list of names");
+  }
+  config.*std::get<Texts ServerConfig::*>(option.field) = std::move(values);
+  return absl::OkStatus();
+}
+
+// A string, or an array of strings.
+absl::Status SetTextsNode(ServerConfig& config, const Option& option, const toml::node& node) {
+  if (const auto* text = node.as_string()) return SetTexts(config, option, {text->get()});
+  const auto want = absl::InvalidArgumentError(fmt::format("{}: want strings", option.key));
+  const toml::array* array = node.as_array();
+  if (array == nullptr) return want;
+  Texts values;
+  for (const toml::node& element : *array) {
+    const auto* text = element.as_string();
+    if (text == nullptr) return want;
+    values.push_back(text->get());
+  }
+  return SetTexts(config, option, std::move(values));
+}
+
+Texts Split(const std::string& text) {
+  Texts parts(1);
+  for (const char c : text) {
+    if (c == kListSeparator) {
+      parts.emplace_back();
+    } else {
+      parts.back() += c;
+    }
+  }
+  return parts;
+}
+
 // A TOML value in an option's own type.
 absl::Status SetNode(ServerConfig& config, const Option& option, const toml::node& node) {
   if (std::holds_alternative<std::string ServerConfig::*>(option.field)) {
     if (const auto* text = node.as_string()) return SetText(config, option, text->get());
     return absl::InvalidArgumentError(fmt::format("{}: want a string", option.key));
   }
+  if (std::holds_alternative<Texts ServerConfig::*>(option.field)) return SetTextsNode(config, option, node);
   if (const auto* flag = std::get_if<bool ServerConfig::*>(&option.field)) {
     const auto* value = node.as_boolean();
     if (value == nullptr)
@@ -142,6 +183,8 @@ std::string ValueText(const ServerConfig& config, const Option& option) {
         using Value = std::decay_t<decltype(config.*member)>;
         if constexpr (std::is_same_v<Value, std::string>) {
           return fmt::format("\"{}\"", config.*member);
+        } else if constexpr (std::is_same_v<Value, Texts>) {
+          return fmt::format("[\"{}\"]", fmt::join(config.*member, "\", \""));
         } else {
           return fmt::format("{}", config.*member);
         }
@@ -155,7 +198,8 @@ std::vector<OptionHelp> ConfigOptions() {
   std::vector<OptionHelp> options;
   const ServerConfig defaults;
   for (const Option& option : Table()) {
-    options.push_back({option.key, option.help, ValueText(defaults, option)});
+    options.push_back({option.key, option.help, ValueText(defaults, option),
+                       std::holds_alternative<Texts ServerConfig::*>(option.field)});
   }
   return options;
 }
@@ -169,6 +213,9 @@ absl::Status SetOption(ServerConfig& config, const std::string& key, const std::
   if (option == nullptr) return UnknownKey(key);
   if (std::holds_alternative<std::string ServerConfig::*>(option->field))
     return SetText(config, *option, value);
+  if (std::holds_alternative<Texts ServerConfig::*>(option->field)) {
+    return SetTexts(config, *option, Split(value));
+  }
   if (const auto* flag = std::get_if<bool ServerConfig::*>(&option->field)) {
     if (value != "true" && value != "false") return BadValue(*option, value, "true or false");
     config.*(*flag) = value == "true";
@@ -229,7 +276,6 @@ absl::Status ApplyEnvironment(ServerConfig& config,
 }
 
 absl::Status FinishConfig(ServerConfig& config, int cpus) {
-  if (config.model_directory.empty()) return absl::InvalidArgumentError("model.directory: is required");
   if (config.batching_max_queued_bytes < config.server_max_message_bytes) {
     return absl::InvalidArgumentError(
         fmt::format("batching.max_queued_bytes: {} is less than server.max_message_bytes, {}: the largest "

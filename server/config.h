@@ -23,9 +23,10 @@ struct ServerConfig {
   bool server_reflection = true;                          // answer gRPC reflection
   double server_lame_duck_seconds = 1;                    // from NOT_SERVING to refusing new requests
   double server_drain_timeout_seconds = 30;               // most time for accepted requests to finish
-  std::string model_directory;                            // required
-  int64_t inference_workers = 0;                          // batches run at the same time; 0: by the CPU quota
-  int64_t inference_threads = 0;                          // threads of one batch; 0: the CPU quota / workers
+  // Folders of models, or of folders of models; one model of each method.
+  std::vector<std::string> model_directory = {"models"};
+  int64_t inference_workers = 0;  // batches run at the same time; 0: by the CPU quota
+  int64_t inference_threads = 0;  // threads of one batch; 0: the CPU quota / workers
   int64_t batching_max_batch_requests = 8;
   int64_t batching_max_batch_vertices = 200'000;
   int64_t batching_max_queued_requests = 256;
@@ -42,8 +43,12 @@ struct OptionHelp {
   std::string key;  // "server.listen"
   std::string help;
   std::string default_value;
+  bool is_list = false;  // its text is a list separated by kListSeparator
 };
 std::vector<OptionHelp> ConfigOptions();
+
+// Between the folders of `model.directory` in the environment and on the command line, as in $PATH.
+inline constexpr char kListSeparator = ':';
 
 // "server.listen" -> "STANCE_SERVER_LISTEN" and "--server-listen".
 std::string EnvironmentName(const std::string& key);

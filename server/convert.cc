@@ -3,127 +3,53 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <optional>
+#include <utility>
 
 #include "proto/wire/mesh_wire.h"
 #include "proto/wire/rig_wire.h"
 #include "server/status_map.h"
+#include "server/wire_options.h"
 
 namespace stance {
 namespace {
 
 constexpr absl::StatusCode kInvalid = absl::StatusCode::kInvalidArgument;
-constexpr char kInvalidOption[] = "INVALID_OPTION";
 constexpr char kInvalidMesh[] = "INVALID_MESH";
 constexpr uint32_t kMostInfluences = 24;
 
-absl::Status BadOption(const std::string& field, const std::string& description) {
-  return FieldError(kInvalid, kInvalidOption, field, description);
-}
-
-template <typename Enum>
-absl::Status UnknownValue(const std::string& field, Enum value) {
-  return BadOption(field, fmt::format("unknown value {}", static_cast<int>(value)));
-}
-
-absl::StatusOr<Method> MethodFromWire(v1::Method method) {
-  switch (method) {
-    case v1::METHOD_UNSPECIFIED:
-    case v1::METHOD_SKELETAL:
-      return Method::kSkeletal;
-    case v1::METHOD_NEURAL:
-    case v1::METHOD_STANCE:
-      return FieldError(absl::StatusCode::kUnimplemented, "METHOD_NOT_AVAILABLE", "options.method",
-                        fmt::format("{} is not available yet", v1::Method_Name(method)));
-    default:
-      return UnknownValue("options.method", method);
-  }
-}
-
-absl::StatusOr<SmoothingOptions> SmoothingFromWire(const v1::WeightSmoothing& wire) {
-  SmoothingOptions options;
-  switch (wire.kind()) {
-    case v1::SMOOTHING_KIND_UNSPECIFIED:
-    case v1::SMOOTHING_KIND_METRIC:
-      options.kind = SmoothingKind::kMetric;
-      break;
-    case v1::SMOOTHING_KIND_HOPWISE:
-      options.kind = SmoothingKind::kHopwise;
-      break;
-    case v1::SMOOTHING_KIND_NONE:
-      options.kind = SmoothingKind::kNone;
-      break;
-    default:
-      return UnknownValue("options.smoothing.kind", wire.kind());
-  }
-  if (wire.has_length()) {
-    if (options.kind != SmoothingKind::kMetric) {
-      return BadOption("options.smoothing.length", "belongs to SMOOTHING_KIND_METRIC only");
-    }
-    // Written so that a NaN is refused too.
-    if (!(wire.length() > 0 && wire.length() <= 1)) {
-      return BadOption("options.smoothing.length", fmt::format("{} is not in (0, 1]", wire.length()));
-    }
-    options.length = wire.length();
-  }
-  if (wire.has_lambda()) {
-    if (options.kind != SmoothingKind::kHopwise) {
-      return BadOption("options.smoothing.lambda", "belongs to SMOOTHING_KIND_HOPWISE only");
-    }
-    if (!(wire.lambda() > 0 && wire.lambda() <= 10000)) {
-      return BadOption("options.smoothing.lambda", fmt::format("{} is not in (0, 10000]", wire.lambda()));
-    }
-    options.lambda = wire.lambda();
-  }
-  return options;
-}
-
-absl::StatusOr<Twist> TwistFromWire(v1::Twist twist) {
-  switch (twist) {
-    case v1::TWIST_UNSPECIFIED:
-      return TransferOptions().twist;
-    case v1::TWIST_SMALLEST:
-      return Twist::kPaper;
-    case v1::TWIST_INHERITED:
-      return Twist::kInherited;
-    default:
-      return UnknownValue("options.twist", twist);
-  }
-}
-
-absl::StatusOr<BoneNaming> BoneNamingFromWire(v1::BoneNaming naming) {
-  switch (naming) {
-    case v1::BONE_NAMING_UNSPECIFIED:
-    case v1::BONE_NAMING_SMPL:
-      return BoneNaming::kSmpl;
-    case v1::BONE_NAMING_MIXAMO:
-      return BoneNaming::kMixamo;
-    case v1::BONE_NAMING_VRM:
-      return BoneNaming::kVrm;
-    case v1::BONE_NAMING_UNREAL:
-      return BoneNaming::kUnreal;
-    default:
-      return UnknownValue("options.bone_naming", naming);
-  }
-}
-
-// The name of the model that serves `wanted` ("" for the method's default).
-absl::StatusOr<std::string> FindModel(const std::string& wanted, Method method, const Catalog& catalog) {
-  std::vector<std::string> names;
+// The model that serves `method` and is called `name`; without either the default, without one of them the
+// one that the other means.
+absl::StatusOr<const ModelInfo*> FindModel(std::optional<Method> method, const std::string& name,
+                                           const Catalog& catalog) {
+  std::vector<std::string> names, methods;
+  bool loaded = false;
   for (const ModelInfo& model : catalog.models) {
-    if (model.method == method && (wanted.empty() || wanted == model.name)) return model.name;
+    const bool fits = !method || *method == model.method;
+    if (fits && (name.empty() || name == model.name)) return &model;
+    loaded = loaded || fits;
     names.push_back(model.name);
+    methods.push_back(v1::Method_Name(MethodToWire(model.method)));
   }
-  return FieldError(absl::StatusCode::kNotFound, "MODEL_NOT_FOUND", "options.model",
-                    fmt::format("no model \"{}\"; there are: {}", wanted, fmt::join(names, ", ")));
+  if (!loaded) {
+    return FieldError(absl::StatusCode::kFailedPrecondition, "METHOD_NOT_LOADED", "options.method",
+                      fmt::format("{} has no model on this server; loaded: {}",
+                                  v1::Method_Name(MethodToWire(*method)), fmt::join(methods, ", ")));
+  }
+  return FieldError(
+      absl::StatusCode::kNotFound, "MODEL_NOT_FOUND", "options.model",
+      fmt::format("no model \"{}\"{}; there are: {}", name,
+                  method ? " of " + v1::Method_Name(MethodToWire(*method)) : "", fmt::join(names, ", ")));
 }
 
 // The options that both requests share.
 template <typename WireOptions>
 absl::Status CommonOptions(const WireOptions& wire, const Catalog& catalog, TransferOptions& options,
                            std::string& model, BoneNaming& naming) {
-  STANCE_ASSIGN_OR_RETURN(options.method, MethodFromWire(wire.method()));
-  STANCE_ASSIGN_OR_RETURN(model, FindModel(wire.model(), options.method, catalog));
+  STANCE_ASSIGN_OR_RETURN(const std::optional<Method> method, MethodFromWire(wire.method()));
+  STANCE_ASSIGN_OR_RETURN(const ModelInfo* const found, FindModel(method, wire.model(), catalog));
+  options.method = found->method;
+  model = found->name;
   STANCE_ASSIGN_OR_RETURN(options.smoothing, SmoothingFromWire(wire.smoothing()));
   if (wire.has_max_influences()) {
     if (wire.max_influences() > kMostInfluences) {
@@ -222,6 +148,8 @@ absl::StatusOr<TransferPlan> PlanTransfer(const v1::TransferRequest& request, co
   STANCE_RETURN_IF_ERROR(CommonOptions(wire, catalog, plan.options, plan.model, plan.bone_naming));
   STANCE_RETURN_IF_ERROR(PlanOutputs(wire, plan));
   STANCE_ASSIGN_OR_RETURN(plan.options.twist, TwistFromWire(wire.twist()));
+  STANCE_ASSIGN_OR_RETURN(plan.options.facing, FacingFromWire(wire.facing()));
+  STANCE_ASSIGN_OR_RETURN(plan.options.ground, GroundFromWire(wire.ground()));
   STANCE_ASSIGN_OR_RETURN(plan.options.source_up, PlanMesh(request.has_source(), request.source(), "source"));
   STANCE_ASSIGN_OR_RETURN(plan.options.reference_up,
                           PlanMesh(request.has_reference(), request.reference(), "reference"));
@@ -263,15 +191,19 @@ absl::Status EncodeTransfer(const TransferPlan& plan, const TransferResult& resu
   if (plan.want_skeletons) {
     const std::vector<std::string>& names = HumanBoneNames(plan.bone_naming);
     const std::vector<int>& parents = catalog.skeleton.parents();
-    SkeletonToWire(names, parents, result.source_rig.joints, response->mutable_source_skeleton());
-    SkeletonToWire(names, parents, result.reference_rig.joints, response->mutable_reference_skeleton());
-    SkeletonToWire(names, parents, result.target_joints, response->mutable_target_skeleton());
+    for (const auto& [rig, wire] :
+         {std::pair{&result.source_rig, response->mutable_source_skeleton()},
+          std::pair{&result.reference_rig, response->mutable_reference_skeleton()}}) {
+      SkeletonToWire(names, parents, rig->joints, rig->confidence, wire);
+    }
+    SkeletonToWire(names, parents, result.target_joints, {}, response->mutable_target_skeleton());
   }
   if (plan.want_weights) WeightsToWire(result.source_rig.weights, response->mutable_weights());
   if (plan.options.reference_weights) {
     WeightsToWire(result.reference_rig.weights, response->mutable_reference_weights());
   }
   if (plan.want_transforms) TransformsToWire(result.transforms, response->mutable_joint_transforms());
+  if (result.confidence) response->set_confidence(*result.confidence);
   for (const std::string& warning : result.warnings) response->add_warnings(warning);
   PhasesToWire(result.seconds, response->mutable_timings());
   response->set_model(plan.model);
@@ -281,7 +213,7 @@ absl::Status EncodeTransfer(const TransferPlan& plan, const TransferResult& resu
 void EncodeRig(const RigPlan& plan, const RigResult& result, const Catalog& catalog,
                v1::RigResponse* response) {
   SkeletonToWire(HumanBoneNames(plan.bone_naming), catalog.skeleton.parents(), result.rig.joints,
-                 response->mutable_skeleton());
+                 result.rig.confidence, response->mutable_skeleton());
   WeightsToWire(result.rig.weights, response->mutable_weights());
   for (const std::string& warning : result.warnings) response->add_warnings(warning);
   PhasesToWire(result.seconds, response->mutable_timings());

@@ -5,8 +5,10 @@
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 
+#include <filesystem>
 #include <mutex>
 #include <thread>
+#include <vector>
 
 #include "core/transfer/pipeline.h"
 #include "proto/wire/mesh_wire.h"
@@ -49,11 +51,12 @@ v1::GetServerInfoResponse InfoOf(const ServerConfig& config, const Catalog& cata
     wire->set_name(model.name);
     wire->set_version(model.version);
     wire->set_method(MethodToWire(model.method));
+    info.add_methods(wire->method());
     wire->set_joint_count(static_cast<uint32_t>(model.joint_count));
     wire->set_parameter_count(static_cast<uint64_t>(model.parameter_count));
     wire->set_sample_count(static_cast<uint64_t>(model.sample_count));
   }
-  info.add_methods(v1::METHOD_SKELETAL);
+  info.set_default_method(info.models(0).method());
   for (MeshFormat format :
        {MeshFormat::kObj, MeshFormat::kPly, MeshFormat::kOff, MeshFormat::kStl, MeshFormat::kGlb}) {
     info.add_formats(MeshFormatToWire(format));
@@ -192,20 +195,20 @@ class AssembledServer : public Server {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerConfig& config) {
+  const std::vector<std::filesystem::path> folders(config.model_directory.begin(),
+                                                   config.model_directory.end());
   absl::StatusOr<std::unique_ptr<Pipeline>> pipeline =
-      Pipeline::Load(config.model_directory, {.threads = static_cast<int>(config.inference_threads)});
+      Pipeline::Load(folders, {.threads = static_cast<int>(config.inference_threads)});
   if (!pipeline.ok()) return Prefixed("model.directory: ", pipeline.status());
-  if (const Method method = (*pipeline)->models()[0].method; method != Method::kSkeletal) {
-    return absl::UnimplementedError(
-        fmt::format("model.directory: {}: models of the method '{}' can't be served yet",
-                    config.model_directory, MethodName(method)));
-  }
+  std::vector<std::string> models;
+  for (const ModelInfo& model : (*pipeline)->models()) models.push_back(model.name);
   auto server = std::make_unique<AssembledServer>(config, *std::move(pipeline));
   STANCE_RETURN_IF_ERROR(server->Listen());
   Log(LogLevel::kInfo, "serving",
       {{"address", server->address()},
        {"metrics", server->metrics_address()},
        {"version", std::string(kVersion)},
+       {"models", fmt::format("{}", fmt::join(models, ", "))},
        {"workers", config.inference_workers},
        {"threads", config.inference_threads}});
   return std::unique_ptr<Server>(std::move(server));

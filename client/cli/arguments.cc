@@ -15,7 +15,8 @@ namespace stance {
 namespace {
 
 constexpr char kFooter[] =
-    "Exit codes: 0 ok, 1 internal, 2 usage, 3 bad input, 4 file, 5 server or deadline.";
+    "Exit codes: 0 ok, 1 internal, 2 usage, 3 bad input, 4 file, 5 server or deadline, 6 below "
+    "--min-confidence.";
 
 const std::map<std::string, UpAxis> kAxes = {{"x", UpAxis::kX}, {"y", UpAxis::kY}, {"z", UpAxis::kZ}};
 const std::map<std::string, SmoothingKind> kSmoothings = {
@@ -24,6 +25,9 @@ const std::map<std::string, BoneNaming> kNamings = {{"smpl", BoneNaming::kSmpl},
                                                     {"mixamo", BoneNaming::kMixamo},
                                                     {"vrm", BoneNaming::kVrm},
                                                     {"unreal", BoneNaming::kUnreal}};
+const std::map<std::string, Facing> kFacings = {{"reference", Facing::kReference},
+                                                {"source", Facing::kSource}};
+const std::map<std::string, Ground> kGrounds = {{"free", Ground::kFree}, {"source", Ground::kSource}};
 const std::map<std::string, Twist> kTwists = {{"paper", Twist::kPaper}, {"inherited", Twist::kInherited}};
 
 // CLI11's own check turns a word into a value and, unlike this, prints the enumeration's number in its error.
@@ -52,8 +56,11 @@ void AddBackend(CLI::App* app, BackendArguments* backend) {
           ->type_name("HOST:PORT");
   CLI::Option* local = app->add_flag("--local", backend->local, "Work in this process, without a server");
   local->excludes(server);
-  app->add_option("--model", backend->model, "With --local the model's directory, otherwise its name")
-      ->type_name("DIR|NAME");
+  app->add_option(
+         "--model", backend->models,
+         "With --local a folder of a model or of models, may be repeated; otherwise the model's name")
+      ->type_name("DIR|NAME")
+      ->allow_extra_args(false);
   app->add_option("--timeout", backend->timeout, "Longest wait for the server, seconds")
       ->type_name("S")
       ->excludes(local)
@@ -64,9 +71,9 @@ void AddBackend(CLI::App* app, BackendArguments* backend) {
 }
 
 void AddOptions(CLI::App* app, TransferOptions* options, std::string* method, BoneNaming* naming) {
-  app->add_option("--method", *method, "How to transfer: skeletal or stance")
-      ->type_name("NAME")
-      ->capture_default_str();
+  app->add_option("--method", *method,
+                  "How to transfer: stance or skeletal; default: the server's, or stance")
+      ->type_name("NAME");
   AddChoice(app, "--smoothing", &options->smoothing.kind, kSmoothings, "How weights are smoothed; metric");
   app->add_option("--smoothing-length", options->smoothing.length,
                   "metric: diffusion length as a fraction of the stature, in (0, 1]")
@@ -89,14 +96,26 @@ absl::Status CheckBackend(BackendArguments* backend) {
   if (!(backend->timeout > 0) || !(backend->timeout <= 86400)) {
     return Usage(fmt::format("--timeout: {:g} is not in (0, 86400]", backend->timeout));
   }
+  if (!backend->local && backend->models.size() > 1) {
+    return Usage(fmt::format("--model: {} of them without --local", backend->models.size()));
+  }
   if (backend->threads < 0) return Usage(fmt::format("--threads: {} is negative", backend->threads));
   return absl::OkStatus();
 }
 
 absl::Status CheckOptions(const CLI::App& app, const std::string& method, TransferOptions* options) {
-  const absl::StatusOr<Method> parsed = MethodFromName(method);
-  if (!parsed.ok()) return Usage(fmt::format("--method: {}", std::string(parsed.status().message())));
-  options->method = *parsed;
+  if (!method.empty()) {
+    const absl::StatusOr<Method> parsed = MethodFromName(method);
+    if (!parsed.ok()) return Usage(fmt::format("--method: {}", std::string(parsed.status().message())));
+    options->method = *parsed;
+  }
+  if (options->method == Method::kStance) {
+    for (const char* name : {"--smoothing", "--smoothing-length", "--lambda", "--twist"}) {
+      const CLI::Option* option = app.get_option_no_throw(name);
+      if (option != nullptr && option->count() > 0)
+        return Usage(fmt::format("{}: not with --method stance", name));
+    }
+  }
   const SmoothingOptions& smoothing = options->smoothing;
   if (app.count("--smoothing-length") > 0 && smoothing.kind != SmoothingKind::kMetric) {
     return Usage("--smoothing-length: only with --smoothing metric");
@@ -149,6 +168,12 @@ absl::Status CheckTransfer(const CLI::App& app, const std::string& method, Trans
       return Usage(fmt::format("--output: {}: {}", output, std::string(format.status().message())));
     }
   }
+  if (!(arguments->min_confidence >= 0 && arguments->min_confidence <= 1)) {
+    return Usage(fmt::format("--min-confidence: {:g} is not in [0, 1]", arguments->min_confidence));
+  }
+  if (arguments->min_confidence > 0 && arguments->options.method == Method::kSkeletal) {
+    return Usage("--min-confidence: the method skeletal does not know its confidence");
+  }
   STANCE_RETURN_IF_ERROR(CheckExtension("--skeleton", arguments->skeleton, {".json"}));
   STANCE_RETURN_IF_ERROR(CheckExtension("--weights", arguments->weights, {".csv", ".json"}));
   STANCE_RETURN_IF_ERROR(CheckExtension("--view", arguments->view, {".html", ".png"}));
@@ -190,7 +215,7 @@ absl::StatusOr<Command> ParseArguments(int argc, const char* const* argv) {
   app.footer(kFooter);
   app.require_subcommand(1);
   app.set_version_flag("--version", "stance " STANCE_VERSION);
-  std::string method = "skeletal";
+  std::string method;
 
   TransferArguments transfer;
   CLI::App* transfer_app = app.add_subcommand("transfer", "Write SOURCE in the pose of REFERENCE");
@@ -209,6 +234,14 @@ absl::StatusOr<Command> ParseArguments(int argc, const char* const* argv) {
             "The reference's up axis; y");
   AddChoice(transfer_app, "--twist", &transfer.options.twist, kTwists,
             "How bones turn about their own axes; paper");
+  AddChoice(transfer_app, "--facing", &transfer.options.facing, kFacings,
+            "Whose way the target faces; reference");
+  AddChoice(transfer_app, "--ground", &transfer.options.ground, kGrounds,
+            "Whether the target stands as low as the source; free");
+  transfer_app
+      ->add_option("--min-confidence", transfer.min_confidence,
+                   "Exit with 6, outputs written, if the confidence is less or not known; in [0, 1]")
+      ->type_name("X");
   transfer_app->add_option("--skeleton", transfer.skeleton, "Write the skeletons and transforms (.json)")
       ->type_name("FILE");
   transfer_app->add_option("--weights", transfer.weights, "Write the skinning weights (.json .csv)")

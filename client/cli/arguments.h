@@ -14,9 +14,10 @@ namespace stance {
 
 // Where the work is done.
 struct BackendArguments {
-  std::string server;      // HOST:PORT; empty if local
-  bool local = false;      // core in this process
-  std::string model;       // local: the model's directory; server: its name; empty: the default
+  std::string server;  // HOST:PORT; empty if local
+  bool local = false;  // core in this process
+  // Local: folders of models, or of folders of models; server: at most one, its name. None: the default.
+  std::vector<std::string> models;
   double timeout = 120.0;  // seconds, server only
   int threads = 0;         // local only; 0: the CPU quota
 };
@@ -30,6 +31,7 @@ struct TransferArguments {
   std::string weights;
   std::string view;
   BoneNaming bone_naming = BoneNaming::kSmpl;
+  double min_confidence = 0;  // in [0, 1]; 0: whatever it is, and known or not
   bool quiet = false;
   bool json = false;
 };

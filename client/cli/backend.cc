@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "client/cli/exit_code.h"
 #include "client/client.h"
@@ -19,7 +20,7 @@ class RemoteBackend : public Backend {
   RemoteBackend(std::unique_ptr<StanceClient> client, const BackendArguments& arguments)
       : client_(std::move(client)) {
     call_.timeout = std::chrono::duration<double>(arguments.timeout);
-    call_.model = arguments.model;
+    if (!arguments.models.empty()) call_.model = arguments.models.front();
   }
 
   absl::StatusOr<TransferAnswer> Transfer(const TriangleMesh& source, const TriangleMesh& reference,
@@ -52,7 +53,6 @@ class LocalBackend : public Backend {
     STANCE_ASSIGN_OR_RETURN(answer.result, pipeline_->Transfer(source, reference, options));
     if (!want_weights) answer.result.source_rig.weights.resize(0, 0);
     answer.joints = Joints();
-    answer.model = pipeline_->models().front().name;
     return answer;
   }
 
@@ -60,7 +60,6 @@ class LocalBackend : public Backend {
     RigAnswer answer;
     STANCE_ASSIGN_OR_RETURN(answer.result, pipeline_->RigMesh(mesh, options));
     answer.joints = Joints();
-    answer.model = pipeline_->models().front().name;
     return answer;
   }
 
@@ -70,24 +69,24 @@ class LocalBackend : public Backend {
   const std::unique_ptr<Pipeline> pipeline_;
 };
 
-// The model in a source tree whose build/<preset>/bin holds this binary.
-std::filesystem::path DefaultModelDir() {
+// The models of a source tree whose build/<preset>/bin holds this binary.
+std::filesystem::path DefaultModels() {
   const char* dir = std::getenv("STANCE_MODEL_DIR");
   if (dir != nullptr && *dir != '\0') return dir;
   std::error_code error;
   const std::filesystem::path binary = std::filesystem::read_symlink("/proc/self/exe", error);
-  return (binary.parent_path() / "../../../models/skeletal-human24").lexically_normal();
+  return (binary.parent_path() / "../../../models").lexically_normal();
 }
 
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const BackendArguments& arguments) {
   if (arguments.local) {
-    const std::filesystem::path dir =
-        arguments.model.empty() ? DefaultModelDir() : std::filesystem::path(arguments.model);
+    std::vector<std::filesystem::path> folders(arguments.models.begin(), arguments.models.end());
+    if (folders.empty()) folders.push_back(DefaultModels());
     PipelineOptions options;
     options.threads = arguments.threads > 0 ? arguments.threads : CpuQuota();
-    auto pipeline = Pipeline::Load(dir, options);
+    auto pipeline = Pipeline::Load(folders, options);
     if (!pipeline.ok()) return FileError(pipeline.status());
     return std::make_unique<LocalBackend>(*std::move(pipeline));
   }

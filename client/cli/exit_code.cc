@@ -73,6 +73,8 @@ absl::Status ServerError(const absl::Status& status) {
   }
 }
 
+absl::Status UnsureError(const absl::Status& status) { return WithExitCode(status, ExitCode::kUnsure); }
+
 std::string ErrorLine(const std::string& program, const absl::Status& status) {
   std::string text(status.message());
   if (text.empty()) text = absl::StatusCodeToString(status.code());

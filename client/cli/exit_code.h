@@ -14,9 +14,10 @@ enum class ExitCode : int {
   kBadInput = 3,  // a file's content, or a request that the server refuses as wrong
   kFile = 4,      // a file or a model that can't be read or written
   kServer = 5,    // no server, an overloaded one, or the deadline has passed
+  kUnsure = 6,    // a transfer below --min-confidence; its outputs are written all the same
 };
 
-// The exit code that one of the three functions below has attached; otherwise the one that the status code
+// The exit code that one of the functions below has attached; otherwise the one that the status code
 // alone means, for a status from the computation or a model's load.
 ExitCode ExitCodeFor(const absl::Status& status);
 
@@ -27,6 +28,9 @@ absl::Status UsageError(const absl::Status& status);
 absl::Status FileError(const absl::Status& status);
 // A status from a call to a server. NOT_FOUND is then a name in the request (a model), not a file.
 absl::Status ServerError(const absl::Status& status);
+
+// A status about a result that is there but not to be trusted.
+absl::Status UnsureError(const absl::Status& status);
 
 // "stance: text", in one line whatever the text, with a line feed.
 std::string ErrorLine(const std::string& program, const absl::Status& status);

@@ -78,9 +78,10 @@ absl::Status RunServerInfo(const ServerInfoArguments& arguments) {
   const ServerInfo& info = *answer;
   if (arguments.json) {
     nlohmann::ordered_json models = nlohmann::ordered_json::array();
-    for (const ModelInfo& model : info.models) {
+    for (const ServedModel& model : info.models) {
       models.push_back({{"name", model.name},
                         {"version", model.version},
+                        {"method", model.method},
                         {"joint_count", model.joint_count},
                         {"parameter_count", model.parameter_count},
                         {"sample_count", model.sample_count}});
@@ -88,6 +89,7 @@ absl::Status RunServerInfo(const ServerInfoArguments& arguments) {
     Print({{"server", arguments.backend.server},
            {"version", info.version},
            {"models", models},
+           {"default_method", info.default_method},
            {"methods", info.methods},
            {"formats", info.formats},
            {"limits",
@@ -101,11 +103,12 @@ absl::Status RunServerInfo(const ServerInfoArguments& arguments) {
     return absl::OkStatus();
   }
   Print("server      {}\nversion     {}\n", arguments.backend.server, info.version);
-  for (const ModelInfo& model : info.models) {
-    Print("model       {} {}: {} joints, {} parameters, {} samples\n", model.name, model.version,
-          model.joint_count, model.parameter_count, model.sample_count);
+  for (const ServedModel& model : info.models) {
+    Print("model       {} {}: method {}, {} joints, {} parameters, {} samples\n", model.name, model.version,
+          model.method, model.joint_count, model.parameter_count, model.sample_count);
   }
-  Print("methods     {}\nformats     {}\n", fmt::join(info.methods, " "), fmt::join(info.formats, " "));
+  Print("methods     {}; default {}\nformats     {}\n", fmt::join(info.methods, " "), info.default_method,
+        fmt::join(info.formats, " "));
   Print("message     at most {} bytes\nmesh        at most {} vertices, {} faces\n", info.max_message_bytes,
         info.max_vertices, info.max_faces);
   Print("queue       at most {} requests, {} bytes\nbatch       at most {} requests, {} vertices\n",

@@ -41,6 +41,10 @@ void PrintPoints(Buffer* out, const Points& points) {
   Print(out, "]");
 }
 
+void PrintNumbers(Buffer* out, const Eigen::VectorXf& numbers) {
+  Print(out, "[{}]", fmt::join(numbers.begin(), numbers.end(), ", "));
+}
+
 // (joint, weight) of one vertex, heaviest first.
 std::vector<std::pair<int, float>> Entries(const RowMatrix& weights, Eigen::Index vertex) {
   std::vector<std::pair<int, float>> entries;
@@ -82,7 +86,15 @@ std::string SkeletonJson(const TransferAnswer& answer) {
   PrintPoints(&out, result.reference_rig.joints);
   Print(&out, ",\n    \"target\": ");
   PrintPoints(&out, result.target_joints);
-  Print(&out, "\n  }},\n  \"transforms\": [");
+  Print(&out, "\n  }},\n");
+  if (result.source_rig.confidence.size() > 0 && result.reference_rig.confidence.size() > 0) {
+    Print(&out, "  \"confidence\": {{\n    \"source\": ");
+    PrintNumbers(&out, result.source_rig.confidence);
+    Print(&out, ",\n    \"reference\": ");
+    PrintNumbers(&out, result.reference_rig.confidence);
+    Print(&out, "\n  }},\n");
+  }
+  Print(&out, "  \"transforms\": [");
   for (size_t j = 0; j < result.transforms.size(); ++j) {
     const AffineTransform& transform = result.transforms[j];
     Print(&out, "{}\n    [", j > 0 ? "," : "");
@@ -103,6 +115,11 @@ std::string RigJson(const RigAnswer& answer) {
   Print(&out, "  \"joints\": ");
   PrintPoints(&out, answer.result.rig.joints);
   Print(&out, ",\n");
+  if (answer.result.rig.confidence.size() > 0) {
+    Print(&out, "  \"confidence\": ");
+    PrintNumbers(&out, answer.result.rig.confidence);
+    Print(&out, ",\n");
+  }
   PrintWeights(&out, answer.result.rig.weights);
   Print(&out, "}}\n");
   return fmt::to_string(out);

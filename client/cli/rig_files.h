@@ -8,10 +8,11 @@
 
 namespace stance {
 
-// Names, parents, the joints of source, reference and target, and the transforms.
+// Names, parents, the joints of source, reference and target, the confidences where the method knows them,
+// and the transforms.
 std::string SkeletonJson(const TransferAnswer& answer);
 
-// Names, parents, joints and weights of one mesh.
+// Names, parents, joints, confidences where the method knows them, and weights of one mesh.
 std::string RigJson(const RigAnswer& answer);
 
 // The positive entries of `weights` (V, J) as compressed sparse rows, in descending order within a vertex.

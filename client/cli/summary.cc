@@ -15,6 +15,7 @@ std::string SummaryText(const Summary& summary, bool json) {
                                      {"outputs", summary.outputs},
                                      {"warnings", summary.warnings},
                                      {"model", summary.model}};
+    if (summary.confidence) object["confidence"] = *summary.confidence;
     if (!summary.request_id.empty()) object["request_id"] = summary.request_id;
     object["seconds"] = {{"queue", summary.service.queue},
                          {"decode", summary.service.decode},
@@ -33,6 +34,7 @@ std::string SummaryText(const Summary& summary, bool json) {
   for (const std::string& warning : summary.warnings) text += fmt::format("warning: {}\n", warning);
   text += fmt::format("{} vertices, {} faces, model {}: {:.0f} ms, {:.0f} ms with files\n", summary.vertices,
                       summary.faces, summary.model, 1e3 * summary.phases.total, 1e3 * summary.wall_seconds);
+  if (summary.confidence) text += fmt::format("confidence {:.2f}\n", *summary.confidence);
   for (const std::string& output : summary.outputs) text += fmt::format("wrote {}\n", output);
   return text;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,8 @@ struct Summary {
   std::vector<std::string> outputs;
   std::vector<std::string> warnings;
   std::string model;
-  std::string request_id;  // empty without a server
+  std::optional<float> confidence;  // of a transfer, where its method knows it
+  std::string request_id;           // empty without a server
   PhaseSeconds phases;
   ServiceSeconds service;
   double wall_seconds = 0;  // the whole command, files included

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "client/cli/backend.h"
@@ -103,6 +104,16 @@ absl::Status WriteOutputs(const RigArguments& arguments, const TriangleMesh& mes
   return files.Commit();
 }
 
+// Of outputs that are written.
+absl::Status CheckConfidence(const TransferResult& result, double least) {
+  if (least == 0 || (result.confidence && *result.confidence >= least)) return absl::OkStatus();
+  const std::string found =
+      result.confidence ? fmt::format("the confidence is {:g}, less than {:g}", *result.confidence, least)
+                        : fmt::format("model {} does not know its confidence", result.model);
+  return UnsureError(
+      absl::FailedPreconditionError(fmt::format("--min-confidence: {}; the outputs were written", found)));
+}
+
 }  // namespace
 
 absl::Status RunTransfer(const TransferArguments& arguments) {
@@ -125,14 +136,15 @@ absl::Status RunTransfer(const TransferArguments& arguments) {
                   .faces = result.target.face_count(),
                   .outputs = paths,
                   .warnings = result.warnings,
-                  .model = answer->model,
+                  .model = result.model,
+                  .confidence = result.confidence,
                   .request_id = answer->request_id,
                   .phases = result.seconds,
                   .service = answer->service,
                   .wall_seconds = SecondsSince(start)},
                  arguments.json);
   }
-  return absl::OkStatus();
+  return CheckConfidence(answer->result, arguments.min_confidence);
 }
 
 absl::Status RunRig(const RigArguments& arguments) {
@@ -150,7 +162,8 @@ absl::Status RunRig(const RigArguments& arguments) {
                   .faces = mesh.face_count(),
                   .outputs = paths,
                   .warnings = answer->result.warnings,
-                  .model = answer->model,
+                  .model = answer->result.model,
+                  .confidence = std::nullopt,
                   .request_id = answer->request_id,
                   .phases = answer->result.seconds,
                   .service = answer->service,

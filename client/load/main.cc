@@ -18,7 +18,8 @@ namespace stance {
 namespace {
 
 struct Arguments {
-  std::string source, reference, model;
+  std::string source, reference, model, method;
+  TransferOptions options;
   ClientOptions client;
   LoadOptions load;
   int64_t clients = 1;
@@ -45,6 +46,11 @@ absl::Status Check(const CLI::App& app, Arguments* arguments) {
   if (!(arguments->timeout > 0) || !(arguments->timeout <= 86400)) {
     return Usage(fmt::format("--timeout: {:g} is not in (0, 86400]", arguments->timeout));
   }
+  if (!arguments->method.empty()) {
+    const absl::StatusOr<Method> method = MethodFromName(arguments->method);
+    if (!method.ok()) return Usage(fmt::format("--method: {}", std::string(method.status().message())));
+    arguments->options.method = *method;
+  }
   if (app.count("--duration") == 0 && plan.requests == 0) plan.duration = 10;
   if (plan.duration == 0 && plan.requests == 0) return Usage("--duration: 0 needs --requests");
   plan.max_in_flight = plan.rate > 0 ? arguments->open_in_flight : arguments->clients;
@@ -61,7 +67,7 @@ absl::Status Measure(const Arguments& arguments) {
   CallOptions call;
   call.model = arguments.model;
   call.want_weights = false;
-  const v1::TransferRequest request = MakeTransferRequest(source, reference, {}, call);
+  const v1::TransferRequest request = MakeTransferRequest(source, reference, arguments.options, call);
   const absl::StatusOr<LoadReport> report = RunLoad(arguments.client, request, arguments.load);
   if (!report.ok()) {
     return NameFile(ServerError(report.status()),
@@ -95,6 +101,7 @@ absl::Status Run(int argc, char** argv) {
   app.add_option("--timeout", arguments.timeout, "Deadline of each request, seconds")->capture_default_str();
   app.add_option("--seed", plan.seed, "Of the arrival times")->capture_default_str();
   app.add_option("--model", arguments.model, "The model's name; default: the server's");
+  app.add_option("--method", arguments.method, "stance or skeletal; default: the server's");
   app.add_flag("--json", arguments.json, "The report as JSON");
   try {
     app.parse(argc, argv);

@@ -70,7 +70,7 @@ absl::StatusOr<std::vector<EvaluationRow>> EvaluateCase(const FileCase& item, co
                                                   item.truth.string(), truth.vertex_count()));
   }
   const absl::StatusOr<TransferResult> result = pipeline.Transfer(source, reference, options);
-  const Candidate method = MethodCandidate(options.method, result);
+  const Candidate method = MethodCandidate(options.method.value_or(pipeline.models().front().method), result);
   const Candidate unchanged{.method = "source left as it is", .positions = source.positions};
   const std::string name =
       fmt::format("{} as {}", item.source.stem().string(), item.reference.stem().string());

@@ -82,7 +82,8 @@ std::vector<EvaluationRow> EvaluatePairs(const CharacterGenerator& generator, co
     const absl::StatusOr<TransferResult> result =
         pipeline.Transfer(pair.source.mesh, pair.reference.mesh, options.transfer);
     std::vector<Candidate> candidates;
-    candidates.push_back(MethodCandidate(options.transfer.method, result));
+    candidates.push_back(
+        MethodCandidate(options.transfer.method.value_or(pipeline.models().front().method), result));
     if (options.parts) {
       for (Candidate& part : ComposeParts(pair, result.ok() ? &*result : nullptr)) {
         candidates.push_back(std::move(part));

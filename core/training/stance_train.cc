@@ -85,6 +85,7 @@ int main(int argc, char** argv) {
   init->add_option("--method", manifest.method, "The method whose networks to write")
       ->check(CLI::IsMember({stance::kSkeletalMethod, stance::kStanceMethod}))
       ->capture_default_str();
+  init->add_option("--name", manifest.name, "The model's name")->capture_default_str();
   init->add_option("--samples", manifest.samples, "Surface samples per mesh")->capture_default_str();
 
   stance::TrainingOptions options;

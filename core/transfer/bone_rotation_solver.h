@@ -1,8 +1,8 @@
 // Paper A's skeleton pose transfer (Algorithm 1).
 #pragma once
 
+#include "core/transfer/options.h"
 #include "core/transfer/parts.h"
-#include "core/transfer/pipeline.h"
 
 namespace stance {
 

@@ -1,8 +1,8 @@
 // Weights smoothed by one implicit step of the diffusion equation (paper A, section 3.3).
 #pragma once
 
+#include "core/transfer/options.h"
 #include "core/transfer/parts.h"
-#include "core/transfer/pipeline.h"
 
 namespace stance {
 

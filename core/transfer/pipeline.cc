@@ -2,20 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <algorithm>
+#include <utility>
 
 #include "core/base/stopwatch.h"
 #include "core/base/threads.h"
 #include "core/mesh/weld.h"
-#include "core/network/pose_model.h"
-#include "core/network/skeletal_model.h"
-#include "core/transfer/bone_rotation_solver.h"
+#include "core/transfer/confidence.h"
 #include "core/transfer/diffusion_smoother.h"
-#include "core/transfer/learned_rotation_solver.h"
 #include "core/transfer/linear_blend_skinning.h"
-#include "core/transfer/pose_rigger.h"
-#include "core/transfer/screened_weights.h"
-#include "core/transfer/skeletal_rigger.h"
+#include "core/transfer/loaded_method.h"
+#include "core/transfer/placement.h"
 #include "core/transfer/up_axis.h"
 
 namespace stance {
@@ -25,39 +22,19 @@ absl::Status Prefixed(const std::string& field, const absl::Status& status) {
   return absl::Status(status.code(), fmt::format("{}: {}", field, std::string(status.message())));
 }
 
-absl::Status CheckOptions(const TransferOptions& options, Method method) {
-  if (options.method != method) {
-    return absl::InvalidArgumentError(fmt::format("method: '{}' is not that of the model, '{}'",
-                                                  MethodName(options.method), MethodName(method)));
-  }
-  const SmoothingOptions& smoothing = options.smoothing;
-  if (smoothing.kind == SmoothingKind::kMetric && !(smoothing.length > 0 && smoothing.length <= 1)) {
-    return absl::InvalidArgumentError(
-        fmt::format("smoothing.length: {} is not in (0, 1], a fraction of the stature", smoothing.length));
-  }
-  if (smoothing.kind == SmoothingKind::kHopwise && !(smoothing.lambda > 0 && smoothing.lambda <= 10'000)) {
-    return absl::InvalidArgumentError(
-        fmt::format("smoothing.lambda: {} is not in (0, 10000]", smoothing.lambda));
-  }
-  if (options.max_influences < 0 || options.max_influences > kHumanJoints) {
-    return absl::InvalidArgumentError(
-        fmt::format("max_influences: {} is not in 0..{}", options.max_influences, kHumanJoints));
-  }
-  return absl::OkStatus();
-}
-
 // One mesh on its way through a batch: checked, welded, turned y up.
 struct Input {
   TriangleMesh mesh;  // welded, y up
   std::vector<int32_t> welded_row;
   std::vector<std::string> warnings;
-  Rig rig;  // of the welded mesh, y up
+  Rig rig;               // of the welded mesh, y up
+  PhaseSeconds seconds;  // its share of what its batch took; total is the sum
 };
 
 absl::StatusOr<Input> Prepare(const TriangleMesh& mesh, UpAxis up, const MeshLimits& limits) {
   STANCE_ASSIGN_OR_RETURN(const MeshReport report, CheckMesh(mesh, limits));
   WeldedMesh welded = WeldVertices(mesh);
-  Input input{std::move(welded.mesh), std::move(welded.welded_row), report.warnings, {}};
+  Input input{std::move(welded.mesh), std::move(welded.welded_row), report.warnings, {}, {}};
   input.mesh.positions *= ToYUp(up).transpose();
   return input;
 }
@@ -66,16 +43,6 @@ RowMatrix Unweld(const RowMatrix& rows, const std::vector<int32_t>& welded_row) 
   RowMatrix out(static_cast<int64_t>(welded_row.size()), rows.cols());
   for (size_t v = 0; v < welded_row.size(); ++v) out.row(static_cast<int64_t>(v)) = rows.row(welded_row[v]);
   return out;
-}
-
-std::unique_ptr<WeightSmoother> SmootherOf(const TransferOptions& options) {
-  if (options.method == Method::kStance) return std::make_unique<ScreenedSmoother>();
-  return MakeSmoother(options.smoothing);
-}
-
-std::unique_ptr<PoseSolver> SolverOf(const TransferOptions& options) {
-  if (options.method == Method::kStance) return std::make_unique<LearnedRotationSolver>();
-  return std::make_unique<BoneRotationSolver>(options.twist);
 }
 
 // Rotations that are global in a frame, in the frame that `turn` turns into it.
@@ -95,8 +62,10 @@ Rig SkeletonOf(const Input& input, UpAxis up) {
 }
 
 // The rig in the caller's frame, smooth, with a row for each of the file's vertices.
-absl::StatusOr<Rig> FinishRig(const Input& input, UpAxis up, const TransferOptions& options) {
-  STANCE_ASSIGN_OR_RETURN(RowMatrix weights, SmootherOf(options)->Smooth(input.mesh, input.rig));
+absl::StatusOr<Rig> FinishRig(const LoadedMethod& method, const Input& input, UpAxis up,
+                              const TransferOptions& options) {
+  STANCE_ASSIGN_OR_RETURN(RowMatrix weights,
+                          method.MakeWeightSmoother(options)->Smooth(input.mesh, input.rig));
   LimitInfluences(weights, options.max_influences);
   Rig rig = SkeletonOf(input, up);
   rig.weights = Unweld(weights, input.welded_row);
@@ -111,17 +80,17 @@ absl::Status CheckRig(const Rig& rig) {
   return absl::OkStatus();
 }
 
+PhaseSeconds Sum(const PhaseSeconds& a, const PhaseSeconds& b) {
+  return {a.check + b.check,     a.resample + b.resample, a.network + b.network, a.pose + b.pose,
+          a.weights + b.weights, a.deform + b.deform,     a.total + b.total};
+}
+
 class PipelineImpl : public Pipeline {
  public:
-  PipelineImpl(std::unique_ptr<SkeletalModel> model, const PipelineOptions& options)
-      : PipelineImpl(Method::kSkeletal, *model, options,
-                     std::make_unique<SkeletalRigger>(*model, options.threads, options.full_resolution)) {
-    skeletal_ = std::move(model);
-  }
-  PipelineImpl(std::unique_ptr<PoseModel> model, const PipelineOptions& options)
-      : PipelineImpl(Method::kStance, *model, options,
-                     std::make_unique<PoseRigger>(*model, options.threads)) {
-    pose_ = std::move(model);
+  // REQUIRES: at least one method, none twice.
+  PipelineImpl(std::vector<std::unique_ptr<LoadedMethod>> methods, const PipelineOptions& options)
+      : options_(options), methods_(std::move(methods)) {
+    for (const auto& method : methods_) models_.push_back(method->info());
   }
 
   std::vector<absl::StatusOr<TransferResult>> TransferBatch(
@@ -131,15 +100,15 @@ class PipelineImpl : public Pipeline {
       meshes.push_back({job.source, job.options.source_up, &job.options, "source"});
       meshes.push_back({job.reference, job.options.reference_up, &job.options, "reference"});
     }
-    Batch batch = RigAll(meshes);
+    const std::vector<absl::StatusOr<Input>> inputs = RigAll(meshes);
     std::vector<absl::StatusOr<TransferResult>> results(jobs.size(), absl::InternalError("not run"));
     ForEach(jobs.size(), [&](int64_t i) {
-      auto &source = batch.inputs[2 * i], &reference = batch.inputs[2 * i + 1];
+      const auto &source = inputs[2 * i], &reference = inputs[2 * i + 1];
       if (!source.ok() || !reference.ok()) {
         results[i] = source.ok() ? reference.status() : source.status();
         return;
       }
-      results[i] = TransferOne(jobs[i], *source, *reference, batch.seconds);
+      results[i] = TransferOne(jobs[i], *source, *reference);
     });
     return results;
   }
@@ -147,52 +116,27 @@ class PipelineImpl : public Pipeline {
   std::vector<absl::StatusOr<RigResult>> RigBatch(std::span<const RigJob> jobs) const override {
     std::vector<MeshJob> meshes;
     for (const RigJob& job : jobs) meshes.push_back({job.mesh, job.options.source_up, &job.options, "mesh"});
-    Batch batch = RigAll(meshes);
+    const std::vector<absl::StatusOr<Input>> inputs = RigAll(meshes);
     std::vector<absl::StatusOr<RigResult>> results(jobs.size(), absl::InternalError("not run"));
     ForEach(jobs.size(), [&](int64_t i) {
-      if (!batch.inputs[i].ok()) {
-        results[i] = batch.inputs[i].status();
+      if (!inputs[i].ok()) {
+        results[i] = inputs[i].status();
         return;
       }
-      Stopwatch watch;
-      RigResult result;
-      result.seconds = batch.seconds;
-      auto rig = FinishRig(*batch.inputs[i], jobs[i].options.source_up, jobs[i].options);
-      if (!rig.ok()) {
-        results[i] = rig.status();
-        return;
-      }
-      result.rig = *std::move(rig);
-      result.warnings = std::move(batch.inputs[i]->warnings);
-      result.seconds.weights = watch.Lap();
-      result.seconds.total += result.seconds.weights;
-      results[i] = std::move(result);
+      results[i] = RigOne(jobs[i], *inputs[i]);
     });
     return results;
   }
 
   const std::vector<ModelInfo>& models() const override { return models_; }
-  const Skeleton& skeleton() const override { return rigger_->skeleton(); }
+  const Skeleton& skeleton() const override { return methods_.front()->rigger().skeleton(); }
 
  private:
-  template <typename Model>
-  PipelineImpl(Method method, const Model& model, const PipelineOptions& options,
-               std::unique_ptr<Rigger> rigger)
-      : options_(options), rigger_(std::move(rigger)) {
-    const ModelManifest& manifest = model.manifest();
-    models_.push_back(
-        {manifest.name, manifest.version, method, kHumanJoints, model.parameter_count(), manifest.samples});
-  }
-
   struct MeshJob {
     const TriangleMesh* mesh;
     UpAxis up;
     const TransferOptions* options;
     std::string field;
-  };
-  struct Batch {
-    std::vector<absl::StatusOr<Input>> inputs;
-    PhaseSeconds seconds;  // one request's share of what the whole batch took; total is their sum
   };
 
   void ForEach(size_t count, const std::function<void(int64_t)>& body) const {
@@ -201,70 +145,134 @@ class PipelineImpl : public Pipeline {
     });
   }
 
-  // Checks every mesh, and rigs the good ones in one pass through the networks.
-  Batch RigAll(const std::vector<MeshJob>& jobs) const {
+  // The one that the options ask for; null if it has no model here.
+  const LoadedMethod* FindMethod(const TransferOptions& options) const {
+    if (!options.method) return methods_.front().get();
+    for (const auto& method : methods_) {
+      if (method->info().method == *options.method) return method.get();
+    }
+    return nullptr;
+  }
+
+  absl::Status CheckJob(const TransferOptions& options) const {
+    if (FindMethod(options) == nullptr) {
+      std::vector<std::string> loaded;
+      for (const ModelInfo& model : models_) loaded.push_back(MethodName(model.method));
+      return absl::FailedPreconditionError(fmt::format("method: '{}' has no model here; loaded: {}",
+                                                       MethodName(*options.method), fmt::join(loaded, ", ")));
+    }
+    return CheckOptions(options);
+  }
+
+  // Checks every mesh, and rigs the good ones, those of a method in one pass through its networks.
+  std::vector<absl::StatusOr<Input>> RigAll(const std::vector<MeshJob>& jobs) const {
     Stopwatch watch;
-    Batch batch;
-    batch.inputs.assign(jobs.size(), absl::InternalError("not run"));
+    std::vector<absl::StatusOr<Input>> inputs(jobs.size(), absl::InternalError("not run"));
     ForEach(jobs.size(), [&](int64_t i) {
       const MeshJob& job = jobs[i];
-      if (const absl::Status options = CheckOptions(*job.options, models_[0].method); !options.ok()) {
-        batch.inputs[i] = Prefixed("options", options);
+      if (const absl::Status options = CheckJob(*job.options); !options.ok()) {
+        inputs[i] = Prefixed("options", options);
         return;
       }
-      batch.inputs[i] = Prepare(*job.mesh, job.up, job.options->limits);
-      if (!batch.inputs[i].ok()) batch.inputs[i] = Prefixed(job.field, batch.inputs[i].status());
+      inputs[i] = Prepare(*job.mesh, job.up, job.options->limits);
+      if (!inputs[i].ok()) inputs[i] = Prefixed(job.field, inputs[i].status());
     });
-    batch.seconds.check = watch.Lap();
-    std::vector<const TriangleMesh*> meshes;
-    std::vector<size_t> rows;
-    for (size_t i = 0; i < jobs.size(); ++i) {
-      if (!batch.inputs[i].ok()) continue;
-      meshes.push_back(&batch.inputs[i]->mesh);
-      rows.push_back(i);
+    const double check = watch.Lap() / static_cast<double>(std::max<size_t>(1, jobs.size()));
+    for (const auto& method : methods_) {
+      std::vector<size_t> rows;
+      for (size_t i = 0; i < jobs.size(); ++i) {
+        if (inputs[i].ok() && FindMethod(*jobs[i].options) == method.get()) rows.push_back(i);
+      }
+      if (!rows.empty()) RigSome(*method, jobs, rows, check, inputs);
     }
-    auto rigs = rigger_->RigMeshes(meshes, batch.seconds);
+    return inputs;
+  }
+
+  // Rigs the inputs in `rows`, all of which are good, together. `check`: seconds spent on each so far.
+  static void RigSome(const LoadedMethod& method, const std::vector<MeshJob>& jobs,
+                      const std::vector<size_t>& rows, double check,
+                      std::vector<absl::StatusOr<Input>>& inputs) {
+    std::vector<const TriangleMesh*> meshes;
+    for (const size_t row : rows) meshes.push_back(&inputs[row]->mesh);
+    PhaseSeconds seconds;
+    auto rigs = method.rigger().RigMeshes(meshes, seconds);
+    const double share = 1.0 / static_cast<double>(rows.size());
+    seconds = {.check = check, .resample = seconds.resample * share, .network = seconds.network * share};
+    seconds.total = seconds.check + seconds.resample + seconds.network;
     for (size_t i = 0; i < rows.size(); ++i) {
-      auto& input = batch.inputs[rows[i]];
+      auto& input = inputs[rows[i]];
       if (!rigs.ok()) {
         input = rigs.status();
       } else if (const absl::Status fit = CheckRig((*rigs)[i]); !fit.ok()) {
         input = Prefixed(jobs[rows[i]].field, fit);
       } else {
         input->rig = std::move((*rigs)[i]);
+        input->seconds = seconds;
       }
     }
-    const double share = 1.0 / static_cast<double>(std::max<size_t>(1, jobs.size()));
-    const double per_request = jobs.empty() || jobs[0].field == "mesh" ? share : 2 * share;
-    for (double* phase : {&batch.seconds.check, &batch.seconds.resample, &batch.seconds.network}) {
-      *phase *= per_request;
-      batch.seconds.total += *phase;
+  }
+
+  absl::StatusOr<RigResult> RigOne(const RigJob& job, const Input& input) const {
+    const LoadedMethod& method = *FindMethod(job.options);
+    Stopwatch watch;
+    RigResult result;
+    STANCE_ASSIGN_OR_RETURN(result.rig, FinishRig(method, input, job.options.source_up, job.options));
+    result.model = method.info().name;
+    result.warnings = input.warnings;
+    result.seconds = input.seconds;
+    result.seconds.weights = watch.Lap();
+    result.seconds.total += result.seconds.weights;
+    return result;
+  }
+
+  // The transforms of the pose, in the source's own frame.
+  std::vector<AffineTransform> SolvePose(const LoadedMethod& method, const TransferOptions& options,
+                                         const Input& source, const Input& reference) const {
+    std::vector<Rotation> rotations =
+        method.MakeSolver(options)->Solve(skeleton(), source.mesh, source.rig, reference.mesh, reference.rig);
+    if (options.facing == Facing::kSource) {
+      const Rotation turn = FacingTurn(AxesOf(source.rig), rotations[kPelvis]);
+      for (Rotation& rotation : rotations) rotation = turn * rotation;
     }
-    return batch;
+    std::vector<AffineTransform> transforms = PoseTransforms(skeleton(), source.rig.joints, rotations);
+    const Eigen::Matrix3f to_y_up = ToYUp(options.source_up);
+    for (AffineTransform& transform : transforms) {
+      transform.linear = to_y_up.transpose() * transform.linear * to_y_up;
+      transform.translation = to_y_up.transpose() * transform.translation;
+    }
+    return transforms;
+  }
+
+  // Moves the target along the up axis until it stands as low as the source.
+  static void StandAsLow(const TriangleMesh& source, UpAxis source_up, TransferResult& result) {
+    const Eigen::Vector3f up = ToYUp(source_up).row(1).transpose();
+    const float rise = LowestHeight(source.positions, source.faces, up) -
+                       LowestHeight(result.target.positions, source.faces, up);
+    result.target.positions.rowwise() += rise * up.transpose();
+    for (AffineTransform& transform : result.transforms) transform.translation += rise * up;
   }
 
   absl::StatusOr<TransferResult> TransferOne(const TransferJob& job, const Input& source,
-                                             const Input& reference, const PhaseSeconds& shared) const {
+                                             const Input& reference) const {
     const TransferOptions& options = job.options;
+    const LoadedMethod& method = *FindMethod(options);
     Stopwatch watch;
     TransferResult result;
-    result.seconds = shared;
-    const std::vector<Rotation> rotations =
-        SolverOf(options)->Solve(skeleton(), source.mesh, source.rig, reference.mesh, reference.rig);
-    const std::vector<AffineTransform> y_up = PoseTransforms(skeleton(), source.rig.joints, rotations);
-    const Eigen::Matrix3f turn = ToYUp(options.source_up);
-    for (const AffineTransform& transform : y_up) {
-      result.transforms.push_back(
-          {turn.transpose() * transform.linear * turn, turn.transpose() * transform.translation});
-    }
+    result.model = method.info().name;
+    result.seconds = Sum(source.seconds, reference.seconds);
+    result.transforms = SolvePose(method, options, source, reference);
     result.seconds.pose = watch.Lap();
 
-    STANCE_ASSIGN_OR_RETURN(result.source_rig, FinishRig(source, options.source_up, options));
+    STANCE_ASSIGN_OR_RETURN(result.source_rig, FinishRig(method, source, options.source_up, options));
     if (options.reference_weights) {
-      STANCE_ASSIGN_OR_RETURN(result.reference_rig, FinishRig(reference, options.reference_up, options));
+      STANCE_ASSIGN_OR_RETURN(result.reference_rig,
+                              FinishRig(method, reference, options.reference_up, options));
     } else {
       result.reference_rig = SkeletonOf(reference, options.reference_up);
     }
+    result.confidence =
+        TransferConfidence(JointShares(job.source->positions, job.source->faces, result.source_rig.weights),
+                           result.source_rig.confidence, result.reference_rig.confidence);
     result.seconds.weights = watch.Lap();
 
     result.target = *job.source;
@@ -276,6 +284,7 @@ class PipelineImpl : public Pipeline {
           DeformNormals(job.source->normals, result.source_rig.weights, result.transforms);
     }
     if (!result.target.positions.allFinite()) return absl::InternalError("the deformed mesh is not finite");
+    if (options.ground == Ground::kSource) StandAsLow(*job.source, options.source_up, result);
     result.target_joints.resize(skeleton().joint_count(), 3);
     for (int j = 0; j < skeleton().joint_count(); ++j) {
       result.target_joints.row(j) =
@@ -292,11 +301,8 @@ class PipelineImpl : public Pipeline {
   }
 
   const PipelineOptions options_;
-  // The one that rigger_ refers to.
-  std::unique_ptr<SkeletalModel> skeletal_;
-  std::unique_ptr<PoseModel> pose_;
-  const std::unique_ptr<Rigger> rigger_;
-  std::vector<ModelInfo> models_;
+  const std::vector<std::unique_ptr<LoadedMethod>> methods_;  // the default first
+  std::vector<ModelInfo> models_;                             // theirs
 };
 
 // A tetrahedron the size of a body: any mesh warms the networks.
@@ -311,44 +317,18 @@ TriangleMesh WarmUpMesh() {
 
 }  // namespace
 
-std::string MethodName(Method method) {
-  switch (method) {
-    case Method::kSkeletal:
-      return kSkeletalMethod;
-    case Method::kStance:
-      return kStanceMethod;
-  }
-  return "";
-}
-
-absl::StatusOr<Method> MethodFromName(const std::string& name) {
-  for (const Method method : {Method::kSkeletal, Method::kStance}) {
-    if (name == MethodName(method)) return method;
-  }
-  return absl::InvalidArgumentError(
-      fmt::format("method '{}' is unknown; known: {}, {}", name, kSkeletalMethod, kStanceMethod));
-}
-
-absl::StatusOr<std::unique_ptr<Pipeline>> Pipeline::Load(const std::filesystem::path& model_dir,
+absl::StatusOr<std::unique_ptr<Pipeline>> Pipeline::Load(const std::vector<std::filesystem::path>& folders,
                                                          const PipelineOptions& options) {
-  STANCE_ASSIGN_OR_RETURN(const ModelManifest manifest, ReadManifest(model_dir));
-  if (manifest.method == kStanceMethod) {
-    if (options.full_resolution) {
-      return absl::InvalidArgumentError(
-          fmt::format("full_resolution: the method '{}' has none", kStanceMethod));
-    }
-    STANCE_ASSIGN_OR_RETURN(std::unique_ptr<PoseModel> model, PoseModel::Load(model_dir));
-    return std::make_unique<PipelineImpl>(std::move(model), options);
-  }
-  STANCE_ASSIGN_OR_RETURN(std::unique_ptr<SkeletalModel> model, SkeletalModel::Load(model_dir));
-  return std::make_unique<PipelineImpl>(std::move(model), options);
+  STANCE_ASSIGN_OR_RETURN(std::vector<std::unique_ptr<LoadedMethod>> methods, LoadMethods(folders, options));
+  return std::make_unique<PipelineImpl>(std::move(methods), options);
 }
 
 absl::Status Pipeline::WarmUp() const {
   const TriangleMesh mesh = WarmUpMesh();
-  TransferOptions options;
-  options.method = models()[0].method;
-  return Transfer(mesh, mesh, options).status();
+  for (const ModelInfo& model : models()) {
+    STANCE_RETURN_IF_ERROR(Transfer(mesh, mesh, {.method = model.method}).status());
+  }
+  return absl::OkStatus();
 }
 
 absl::StatusOr<TransferResult> Pipeline::Transfer(const TriangleMesh& source, const TriangleMesh& reference,

@@ -3,66 +3,22 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "core/base/status.h"
-#include "core/mesh/mesh_check.h"
 #include "core/mesh/triangle_mesh.h"
+#include "core/transfer/options.h"
 #include "core/transfer/parts.h"
 
 namespace stance {
 
-enum class Method {
-  kSkeletal,  // paper A: rigid weights, Algorithm 1, diffusion, linear blend skinning
-  kStance,    // our own: soft weights and rotations by one network, screened weights, linear blend skinning
-};
-
-// The method's name in commands and configuration: "skeletal".
-std::string MethodName(Method method);
-absl::StatusOr<Method> MethodFromName(const std::string& name);
-
-enum class SmoothingKind {
-  kMetric,   // (M + tL) W = M W0, t in m^2: independent of vertex density (the default)
-  kHopwise,  // (I + lambda L_c) W = W0: paper A's operator, lambda = 20 in its experiments
-  kNone,     // rigid weights, as in paper A's ablation
-};
-
-struct SmoothingOptions {
-  SmoothingKind kind = SmoothingKind::kMetric;
-  // kMetric: the diffusion length sqrt(t) as a fraction of the stature, in (0, 1].
-  double length = 0.024;
-  // kHopwise: paper A's lambda, in (0, 10000].
-  double lambda = 20.0;
-};
-
-// How a bone's rotation about its own axis is chosen.
-enum class Twist {
-  kPaper,      // the smallest rotation between the bones' directions (paper A): the parent's twist is lost
-  kInherited,  // the parent's rotation first, then the smallest one that makes the bone point right
-};
-
-// Which axis of an input points up; the computation and the answer's frame are explained in
-// docs/conventions.md. The target keeps the source's own axes.
-enum class UpAxis { kY, kZ, kX };
-
-struct TransferOptions {
-  Method method = Method::kSkeletal;  // must be the model's
-  SmoothingOptions smoothing{};       // of kSkeletal
-  Twist twist = Twist::kPaper;        // of kSkeletal
-  UpAxis source_up = UpAxis::kY;
-  UpAxis reference_up = UpAxis::kY;
-  // Most non-zero weights per vertex in the answer and the deformation; 0 keeps all.
-  int max_influences = 4;
-  // Also smooth the reference's weights, which the transfer itself doesn't need.
-  bool reference_weights = false;
-  MeshLimits limits{};
-};
-
 // One mesh with its skeleton and smooth weights. Joints are in the mesh's own frame and unit.
 struct RigResult {
   Rig rig;
+  std::string model;  // the name of the one that answered
   std::vector<std::string> warnings;
   PhaseSeconds seconds;
 };
@@ -73,7 +29,10 @@ struct TransferResult {
   Rig reference_rig;    // smooth weights; no rows unless options.reference_weights
   Points target_joints;
   std::vector<AffineTransform> transforms;  // (J) source -> target, in the source's frame and unit
-  std::vector<std::string> warnings;        // "source: 3 degenerate faces (first: face 17)"
+  // core/transfer/confidence.h's; unset if the method does not know it.
+  std::optional<float> confidence;
+  std::string model;                  // the name of the one that answered
+  std::vector<std::string> warnings;  // "source: 3 degenerate faces (first: face 17)"
   PhaseSeconds seconds;
 };
 
@@ -85,7 +44,7 @@ struct TransferJob {
 
 struct RigJob {
   const TriangleMesh* mesh = nullptr;
-  TransferOptions options;  // source_up, smoothing, max_influences and limits apply
+  TransferOptions options;  // method, source_up, smoothing, max_influences and limits apply
 };
 
 struct PipelineOptions {
@@ -105,26 +64,36 @@ struct ModelInfo {
   int64_t sample_count = 0;  // surface samples the networks see
 };
 
-// Loads once, transfers many. Thread-safe: const calls may run at the same time.
+// Loads once, transfers many; serves one model of each method, chosen per job. Thread-safe: const calls may
+// run at the same time.
 class Pipeline {
  public:
-  // Loads the model in `model_dir` (models/README.md says what lies there). NOT_FOUND, INVALID_ARGUMENT or
-  // DATA_LOSS, with the path, for a model that is missing, unknown or damaged.
-  static absl::StatusOr<std::unique_ptr<Pipeline>> Load(const std::filesystem::path& model_dir,
+  // Loads the models in `folders`: each is a model's own folder (models/README.md says what lies there) or
+  // holds such folders, all of which are loaded. NOT_FOUND, INVALID_ARGUMENT or DATA_LOSS, with the path, for
+  // a model that is missing, unknown or damaged; INVALID_ARGUMENT for two models of one method or of one
+  // name.
+  static absl::StatusOr<std::unique_ptr<Pipeline>> Load(const std::vector<std::filesystem::path>& folders,
                                                         const PipelineOptions& options = {});
+  static absl::StatusOr<std::unique_ptr<Pipeline>> Load(const std::filesystem::path& folder,
+                                                        const PipelineOptions& options = {}) {
+    return Load(std::vector{folder}, options);
+  }
   virtual ~Pipeline() = default;
 
   // One answer per job, in order; a bad job gets its own error (INVALID_ARGUMENT, the text beginning with the
-  // field: "source: ...") and leaves its neighbours alone.
+  // field: "source: ..."; FAILED_PRECONDITION for a method without a model here) and leaves its neighbours
+  // alone. Jobs of one method go through its networks together.
   virtual std::vector<absl::StatusOr<TransferResult>> TransferBatch(
       std::span<const TransferJob> jobs) const = 0;
   virtual std::vector<absl::StatusOr<RigResult>> RigBatch(std::span<const RigJob> jobs) const = 0;
 
+  // At least one. The first is that of the default method: kStance if there is one, otherwise the first
+  // loaded.
   virtual const std::vector<ModelInfo>& models() const = 0;
   virtual const Skeleton& skeleton() const = 0;
 
-  // Transfers a small mesh, so that this thread's first caller doesn't pay for what OpenMP and the networks
-  // set up once for each thread that calls them. What Transfer fails with, if it does.
+  // Transfers a small mesh with each model, so that this thread's first callers don't pay for what OpenMP and
+  // the networks set up once for each thread that calls them. What Transfer fails with, if it does.
   absl::Status WarmUp() const;
 
   absl::StatusOr<TransferResult> Transfer(const TriangleMesh& source, const TriangleMesh& reference,

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "core/transfer/pipeline.h"
+#include "core/transfer/options.h"
 
 namespace stance {
 

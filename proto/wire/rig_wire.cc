@@ -33,12 +33,14 @@ absl::StatusOr<std::vector<T>> FromBytes(const std::string& bytes, size_t count,
 }  // namespace
 
 void SkeletonToWire(const std::vector<std::string>& names, const std::vector<int>& parents,
-                    const Points& joints, v1::Skeleton* wire) {
+                    const Points& joints, const Eigen::VectorXf& confidence, v1::Skeleton* wire) {
   STANCE_CHECK(names.size() == parents.size());
   STANCE_CHECK(static_cast<size_t>(joints.rows()) == parents.size());
+  STANCE_CHECK(confidence.size() == 0 || confidence.size() == joints.rows());
   wire->mutable_names()->Assign(names.begin(), names.end());
   wire->mutable_parents()->Assign(parents.begin(), parents.end());
   wire->mutable_positions()->Assign(joints.data(), joints.data() + joints.size());
+  wire->mutable_confidence()->Assign(confidence.data(), confidence.data() + confidence.size());
 }
 
 absl::StatusOr<PlacedSkeleton> SkeletonFromWire(const v1::Skeleton& wire) {
@@ -56,10 +58,21 @@ absl::StatusOr<PlacedSkeleton> SkeletonFromWire(const v1::Skeleton& wire) {
       return absl::InvalidArgumentError(fmt::format("parents: joint {} has parent {}", j, parent));
     }
   }
+  if (wire.confidence_size() != 0 && wire.confidence_size() != count) {
+    return absl::InvalidArgumentError(
+        fmt::format("confidence: {} numbers for {} joints", wire.confidence_size(), count));
+  }
+  for (int j = 0; j < wire.confidence_size(); ++j) {
+    if (!(wire.confidence(j) >= 0 && wire.confidence(j) <= 1)) {  // also where it is NaN
+      return absl::InvalidArgumentError(
+          fmt::format("confidence: joint {} has {}, not in [0, 1]", j, wire.confidence(j)));
+    }
+  }
   PlacedSkeleton skeleton;
   skeleton.names.assign(wire.names().begin(), wire.names().end());
   skeleton.parents.assign(wire.parents().begin(), wire.parents().end());
   skeleton.joints = Eigen::Map<const Points>(wire.positions().data(), count, 3);
+  skeleton.confidence = Eigen::Map<const Eigen::VectorXf>(wire.confidence().data(), wire.confidence_size());
   return skeleton;
 }
 

@@ -15,18 +15,20 @@
 
 namespace stance {
 
-// A placed skeleton as it travels: J names and parents, joints (J, 3).
+// A placed skeleton as it travels: J names and parents, joints (J, 3), confidence (J) or empty.
 struct PlacedSkeleton {
   std::vector<std::string> names;
   std::vector<int> parents;
   Points joints;
+  Eigen::VectorXf confidence;
 };
 
-// REQUIRES: as many names, parents and joints.
+// REQUIRES: as many names, parents and joints, and confidences or none.
 void SkeletonToWire(const std::vector<std::string>& names, const std::vector<int>& parents,
-                    const Points& joints, v1::Skeleton* wire);
+                    const Points& joints, const Eigen::VectorXf& confidence, v1::Skeleton* wire);
 
-// INVALID_ARGUMENT, naming the field, if the counts differ or a parent does not precede its child.
+// INVALID_ARGUMENT, naming the field, if the counts differ, a parent does not precede its child, or a
+// confidence is not in [0, 1].
 absl::StatusOr<PlacedSkeleton> SkeletonFromWire(const v1::Skeleton& wire);
 
 // Keeps the positive entries of each row of (V, J), in descending order (equal ones by joint).

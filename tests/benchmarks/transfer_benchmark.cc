@@ -5,6 +5,8 @@
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Dense>
+#include <filesystem>
+#include <string>
 
 #include "core/base/allocator.h"
 #include "core/base/check.h"
@@ -26,9 +28,10 @@ const TriangleMesh& Sample(const std::string& name) {
   return name == "source" ? source : reference;
 }
 
-// The whole pair, all in; counters give the phases in milliseconds.
-void Transfer(benchmark::State& state, bool full_resolution) {
-  const auto pipeline = Pipeline::Load(STANCE_MODEL_DIR, {CpuQuota(), full_resolution});
+// The whole pair by that model's method, all in; counters give the phases in milliseconds.
+void Transfer(benchmark::State& state, const std::string& model, bool full_resolution) {
+  const auto pipeline =
+      Pipeline::Load(std::filesystem::path(STANCE_MODELS_DIR) / model, {CpuQuota(), full_resolution});
   STANCE_CHECK(pipeline.ok());
   PhaseSeconds sum;
   for (auto _ : state) {
@@ -124,8 +127,10 @@ void DenseWeights(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(at::linalg_solve(a, b));
 }
 
-BENCHMARK_CAPTURE(Transfer, sampled, false)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(Transfer, full_resolution, true)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(Transfer, sampled, "skeletal-human24", false)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(Transfer, full_resolution, "skeletal-human24", true)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 BENCHMARK_CAPTURE(Confidence, decomposed, false)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK_CAPTURE(Confidence, plain, true)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK_CAPTURE(Knn, index, false)
@@ -139,11 +144,24 @@ BENCHMARK_CAPTURE(Knn, torch, true)
 BENCHMARK(SparseWeights)->Name("Weights/sparse")->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(DenseWeights)->Name("Weights/dense")->Unit(benchmark::kMillisecond)->UseRealTime()->Iterations(1);
 
+constexpr char kStanceModel[] = "stance-human24";
+
+// Only where the model is: without it there is nothing to measure.
+void RegisterStance() {
+  if (!std::filesystem::exists(std::filesystem::path(STANCE_MODELS_DIR) / kStanceModel / "manifest.json"))
+    return;
+  benchmark::RegisterBenchmark("Transfer/stance",
+                               [](benchmark::State& state) { Transfer(state, kStanceModel, false); })
+      ->Unit(benchmark::kMillisecond)
+      ->UseRealTime();
+}
+
 }  // namespace
 }  // namespace stance
 
 int main(int argc, char** argv) {
   stance::KeepFreedMemory();  // as the server does
+  stance::RegisterStance();
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   benchmark::RunSpecifiedBenchmarks();

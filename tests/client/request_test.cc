@@ -28,6 +28,8 @@ TEST(RequestTest, SendsOnlyWhatTheComputationReads) {
   TransferOptions options;
   options.source_up = UpAxis::kZ;
   options.twist = Twist::kInherited;
+  options.facing = Facing::kSource;
+  options.ground = Ground::kSource;
   CallOptions call;
   call.want_weights = false;
   call.model = "m";
@@ -41,8 +43,10 @@ TEST(RequestTest, SendsOnlyWhatTheComputationReads) {
   EXPECT_TRUE(request.reference().arrays().normals().empty());
   EXPECT_EQ(request.source().up_axis(), v1::UP_AXIS_Z);
   EXPECT_EQ(request.reference().up_axis(), v1::UP_AXIS_Y);
-  EXPECT_EQ(request.options().method(), v1::METHOD_SKELETAL);
+  EXPECT_EQ(request.options().method(), v1::METHOD_UNSPECIFIED);
   EXPECT_EQ(request.options().twist(), v1::TWIST_INHERITED);
+  EXPECT_EQ(request.options().facing(), v1::FACING_SOURCE);
+  EXPECT_EQ(request.options().ground(), v1::GROUND_SOURCE);
   EXPECT_EQ(request.options().max_influences(), 4u);
   EXPECT_EQ(request.options().bone_naming(), v1::BONE_NAMING_SMPL);
   EXPECT_EQ(request.options().target_format(), v1::OUTPUT_FORMAT_ARRAYS);
@@ -51,6 +55,15 @@ TEST(RequestTest, SendsOnlyWhatTheComputationReads) {
       ElementsAre(v1::TRANSFER_OUTPUT_TARGET, v1::TRANSFER_OUTPUT_SKELETONS, v1::TRANSFER_OUTPUT_TRANSFORMS));
   EXPECT_EQ(request.options().model(), "m");
   EXPECT_EQ(request.request_id(), "id");
+}
+
+TEST(RequestTest, TheMethodIsTheServersUnlessChosen) {
+  const auto method = [](std::optional<Method> chosen) {
+    return MakeTransferRequest(Quad(), Quad(), {.method = chosen}, {}).options().method();
+  };
+  EXPECT_EQ(method(std::nullopt), v1::METHOD_UNSPECIFIED);
+  EXPECT_EQ(method(Method::kSkeletal), v1::METHOD_SKELETAL);
+  EXPECT_EQ(method(Method::kStance), v1::METHOD_STANCE);
 }
 
 TEST(RequestTest, SetsOnlyTheParameterOfTheChosenSmoothing) {

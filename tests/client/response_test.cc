@@ -40,7 +40,7 @@ v1::TransferResponse Answer(const TriangleMesh& source) {
   joints << 0, 0, 0, 0, 1, 0;
   for (v1::Skeleton* skeleton : {response.mutable_source_skeleton(), response.mutable_reference_skeleton(),
                                  response.mutable_target_skeleton()}) {
-    SkeletonToWire({"root", "tip"}, {-1, 0}, joints, skeleton);
+    SkeletonToWire({"root", "tip"}, {-1, 0}, joints, {}, skeleton);
     joints *= 2;
   }
   RowMatrix weights = RowMatrix::Constant(source.vertex_count(), 2, 0.5f);
@@ -78,8 +78,39 @@ TEST(ResponseTest, TargetHasTheSourcesFacesTexcoordsAndGroups) {
   EXPECT_EQ(result.seconds.network, 0.5);
   EXPECT_EQ(result.seconds.total, 1.5);
   EXPECT_EQ(answer->service.queue, 0.25);
-  EXPECT_EQ(answer->model, "m");
+  EXPECT_EQ(answer->result.model, "m");
   EXPECT_EQ(answer->request_id, "id");
+}
+
+TEST(ResponseTest, ConfidenceIsReadWhereItIsKnown) {
+  const TriangleMesh source = Quad();
+  v1::TransferResponse response = Answer(source);
+  auto answer = ReadTransferResponse(response, source);
+  ASSERT_TRUE(answer.ok());
+  EXPECT_FALSE(answer->result.confidence.has_value());
+  EXPECT_EQ(answer->result.source_rig.confidence.size(), 0);
+  for (const float value : {0.25f, 0.5f}) response.mutable_source_skeleton()->add_confidence(value);
+  for (const float value : {0.75f, 1.0f}) response.mutable_reference_skeleton()->add_confidence(value);
+  response.set_confidence(0);
+  answer = ReadTransferResponse(response, source);
+  ASSERT_TRUE(answer.ok());
+  EXPECT_EQ(answer->result.confidence, 0);
+  EXPECT_EQ(answer->result.source_rig.confidence, (Eigen::VectorXf{{0.25f, 0.5f}}));
+  EXPECT_EQ(answer->result.reference_rig.confidence, (Eigen::VectorXf{{0.75f, 1.0f}}));
+}
+
+TEST(ResponseTest, ServerInfoHasTheModelsMethodsAndTheDefault) {
+  v1::GetServerInfoResponse response;
+  for (const v1::Method method : {v1::METHOD_STANCE, v1::METHOD_SKELETAL}) {
+    response.add_methods(method);
+    response.add_models()->set_method(method);
+  }
+  response.set_default_method(v1::METHOD_STANCE);
+  const ServerInfo info = ReadServerInfo(response);
+  EXPECT_THAT(info.methods, ElementsAre("stance", "skeletal"));
+  EXPECT_EQ(info.default_method, "stance");
+  EXPECT_EQ(info.models[0].method, "stance");
+  EXPECT_EQ(info.models[1].method, "skeletal");
 }
 
 TEST(ResponseTest, AnAnswerThatDoesNotFitIsInternalAndNamesTheField) {
@@ -101,6 +132,9 @@ TEST(ResponseTest, AnAnswerThatDoesNotFitIsInternalAndNamesTheField) {
               HasSubstr("joint_transforms"));
   EXPECT_THAT(refused([](auto* r) { r->mutable_joint_transforms()->Truncate(12); }),
               HasSubstr("joint_transforms has 1 rows, want 2"));
+  EXPECT_THAT(refused([](auto* r) { r->set_confidence(1.5f); }), HasSubstr("confidence is 1.5"));
+  EXPECT_THAT(refused([](auto* r) { r->mutable_source_skeleton()->add_confidence(1); }),
+              HasSubstr("source_skeleton.confidence"));
   EXPECT_THAT(refused([](auto* r) { r->mutable_weights()->mutable_values()->pop_back(); }),
               HasSubstr("weights.values"));
 }

@@ -51,7 +51,10 @@ void ExpectOneErrorLine(const ProgramResult& result) {
 
 class CliTest : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() { server_ = new testing::ServerProcess(); }
+  // Serves both methods, so that its default is `stance`.
+  static void SetUpTestSuite() {
+    server_ = new testing::ServerProcess({"--model", STANCE_UNTRAINED_STANCE_MODEL});
+  }
   static void TearDownTestSuite() {
     EXPECT_EQ(server_->Stop(), 0) << server_->Log();
     delete server_;
@@ -143,6 +146,8 @@ TEST_F(CliTest, LocalEqualsServer) {
                                           "--local",
                                           "--model",
                                           STANCE_UNTRAINED_MODEL,
+                                          "--model",
+                                          STANCE_UNTRAINED_STANCE_MODEL,
                                           "-o",
                                           Path("l.ply"),
                                           "--skeleton",
@@ -249,9 +254,60 @@ TEST_F(CliTest, SummaryIsTextJsonOrNothing) {
   const auto json = nlohmann::json::parse(Transfer({"-o", Path("t.obj"), "--json"}).out);
   EXPECT_EQ(json["vertices"], source_.vertex_count());
   EXPECT_EQ(json["outputs"], nlohmann::json({Path("t.obj")}));
-  EXPECT_EQ(json["model"], "untrained");
+  EXPECT_EQ(json["model"], "untrained-stance");
   EXPECT_FALSE(json["request_id"].get<std::string>().empty());
   EXPECT_GT(json["seconds"]["total"].get<double>(), 0.0);
+}
+
+TEST_F(CliTest, TheMethodIsTheServersUnlessChosen) {
+  const auto model = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"-o", Path("t.obj"), "--json"};
+    words.insert(words.end(), more.begin(), more.end());
+    return nlohmann::json::parse(Transfer(words).out)["model"].get<std::string>();
+  };
+  EXPECT_EQ(model({}), "untrained-stance");
+  EXPECT_EQ(model({"--method", "stance"}), "untrained-stance");
+  EXPECT_EQ(model({"--method", "skeletal"}), "untrained");
+  EXPECT_EQ(model({"--model", "untrained"}), "untrained");
+  const ProgramResult local =
+      Run({"transfer", Path("source.obj"), Path("reference.ply"), "--local", "--model",
+           STANCE_UNTRAINED_MODEL, "--method", "stance", "-o", Path("t.obj")});
+  EXPECT_EQ(local.exit_code, 3);
+  ExpectOneErrorLine(local);
+  EXPECT_THAT(local.err, HasSubstr("'stance' has no model here; loaded: skeletal"));
+}
+
+TEST_F(CliTest, BelowMinConfidenceTheExitCodeIs6AndTheOutputsAreWritten) {
+  const ProgramResult sure = Transfer({"-o", Path("t.obj"), "--skeleton", Path("s.json"), "--json"});
+  ASSERT_EQ(sure.exit_code, 0) << sure.err;
+  const double confidence = nlohmann::json::parse(sure.out)["confidence"].get<double>();
+  EXPECT_GT(confidence, 0);
+  EXPECT_LT(confidence, 1);
+  const auto skeleton = nlohmann::json::parse(Content(Path("s.json")));
+  EXPECT_THAT(skeleton["confidence"]["source"], SizeIs(24));
+  EXPECT_THAT(skeleton["confidence"]["reference"], SizeIs(24));
+  EXPECT_EQ(Transfer({"-o", Path("t.obj"), "--min-confidence", std::to_string(0.5 * confidence)}).exit_code,
+            0);
+
+  const ProgramResult unsure = Transfer({"-o", Path("u.obj"), "--min-confidence", "1"});
+  EXPECT_EQ(unsure.exit_code, 6);
+  ExpectOneErrorLine(unsure);
+  EXPECT_THAT(unsure.err, AllOf(HasSubstr("--min-confidence: the confidence is 0."),
+                                HasSubstr("less than 1; the outputs were written")));
+  EXPECT_THAT(unsure.out, HasSubstr("\nconfidence 0."));
+  EXPECT_EQ(Read(Path("u.obj")).vertex_count(), source_.vertex_count());
+
+  const ProgramResult unknown =
+      Transfer({"-o", Path("v.obj"), "--model", "untrained", "--min-confidence", "0.01"});
+  EXPECT_EQ(unknown.exit_code, 6);
+  EXPECT_THAT(unknown.err, HasSubstr("model untrained does not know its confidence"));
+  EXPECT_EQ(Read(Path("v.obj")).vertex_count(), source_.vertex_count());
+}
+
+TEST_F(CliTest, GroundPutsTheTargetAsLowAsTheSource) {
+  const ProgramResult result = Transfer({"-o", Path("t.ply"), "--ground", "source", "--facing", "source"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NEAR(Read(Path("t.ply")).positions.col(1).minCoeff(), source_.positions.col(1).minCoeff(), 1e-5f);
 }
 
 TEST_F(CliTest, InfoCountsAndWarns) {
@@ -270,10 +326,14 @@ TEST_F(CliTest, InfoCountsAndWarns) {
 TEST_F(CliTest, ServerInfoNamesTheModel) {
   const ProgramResult text = Run({"server-info", "--server", server_->address()});
   EXPECT_EQ(text.exit_code, 0) << text.err;
-  EXPECT_THAT(text.out, HasSubstr("untrained"));
+  EXPECT_THAT(text.out, AllOf(HasSubstr("untrained-stance 0: method stance, 24 joints"),
+                              HasSubstr("methods     stance skeletal; default stance\n")));
   const auto json = nlohmann::json::parse(Run({"server-info", "--server", server_->address(), "--json"}).out);
   EXPECT_EQ(json["models"][0]["joint_count"], 24);
-  EXPECT_EQ(json["models"][0]["parameter_count"], 3377691);
+  EXPECT_EQ(json["models"][0]["method"], "stance");
+  EXPECT_EQ(json["models"][1]["method"], "skeletal");
+  EXPECT_EQ(json["models"][1]["parameter_count"], 3377691);
+  EXPECT_EQ(json["default_method"], "stance");
   EXPECT_THAT(json["methods"], ::testing::Contains("skeletal"));
   EXPECT_THAT(json["formats"], ::testing::Contains("glb"));
   EXPECT_GT(json["limits"]["max_vertices"].get<int64_t>(), 0);

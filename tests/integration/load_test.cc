@@ -96,6 +96,19 @@ TEST_F(LoadTest, ErrorsAreCountedByCode) {
   EXPECT_EQ(json["errors"]["NOT_FOUND"], 3);
 }
 
+TEST_F(LoadTest, TheMethodIsTheServersUnlessChosen) {
+  const auto run = [&](const std::string& method) {
+    return Run({"--requests", "1", "--method", method, "--json"});
+  };
+  EXPECT_EQ(run("skeletal").exit_code, 0);
+  const ProgramResult missing = run("stance");  // the server has no model of it
+  EXPECT_EQ(missing.exit_code, 5);
+  EXPECT_EQ(nlohmann::json::parse(missing.out)["errors"]["FAILED_PRECONDITION"], 1);
+  const ProgramResult unknown = run("magic");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("--method"));
+}
+
 TEST_F(LoadTest, ExitCodes) {
   EXPECT_EQ(Run({"--rate", "5", "--clients", "2"}).exit_code, 2);
   EXPECT_EQ(Run({"--clients", "0"}).exit_code, 2);

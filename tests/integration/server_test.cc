@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <future>
@@ -31,6 +32,7 @@ extern char** environ;
 namespace stance {
 namespace {
 
+using testing::BackgroundProgram;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -295,6 +297,131 @@ TEST(ServerTest, RefusesBadOptionsByField) {
   status = Call(channel, request).status;
   EXPECT_EQ(status.error_code(), grpc::INVALID_ARGUMENT);
   EXPECT_EQ(FieldOf(status), "request_id");
+}
+
+// Both methods on one server: the untrained stance model beside the untrained skeletal one.
+class TwoModelsTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    server_ = MeasuredServer::Start({"--model", STANCE_UNTRAINED_STANCE_MODEL, "--inference-workers", "1"});
+    ASSERT_NE(server_, nullptr);
+    channel_ = ChannelTo(*server_);
+  }
+  static v1::TransferRequest RequestFor(v1::Method method) {
+    v1::TransferRequest request = SmallRequest();
+    request.mutable_options()->set_method(method);
+    request.mutable_options()->add_outputs(v1::TRANSFER_OUTPUT_TARGET);
+    request.mutable_options()->add_outputs(v1::TRANSFER_OUTPUT_SKELETONS);
+    return request;
+  }
+
+  std::unique_ptr<MeasuredServer> server_;
+  std::shared_ptr<grpc::Channel> channel_;
+};
+
+TEST_F(TwoModelsTest, DescribesBothAndTheDefault) {
+  v1::GetServerInfoResponse info;
+  grpc::ClientContext context;
+  const auto stub = v1::ServerInfoService::NewStub(channel_);
+  ASSERT_TRUE(stub->GetServerInfo(&context, v1::GetServerInfoRequest(), &info).ok());
+  ASSERT_EQ(info.models_size(), 2);
+  EXPECT_EQ(info.models(0).name(), "untrained-stance");
+  EXPECT_EQ(info.models(0).method(), v1::METHOD_STANCE);
+  EXPECT_EQ(info.models(1).method(), v1::METHOD_SKELETAL);
+  EXPECT_THAT(info.methods(), ElementsAre(v1::METHOD_STANCE, v1::METHOD_SKELETAL));
+  EXPECT_EQ(info.default_method(), v1::METHOD_STANCE);
+  EXPECT_THAT(server_->Log(), HasSubstr(R"("models":"untrained-stance, untrained")"));
+}
+
+TEST_F(TwoModelsTest, TheMethodIsChosenPerRequest) {
+  const Answer unspecified = Call(channel_, RequestFor(v1::METHOD_UNSPECIFIED));
+  const Answer stance = Call(channel_, RequestFor(v1::METHOD_STANCE));
+  const Answer skeletal = Call(channel_, RequestFor(v1::METHOD_SKELETAL));
+  ASSERT_TRUE(unspecified.status.ok()) << unspecified.status.error_message();
+  ASSERT_TRUE(stance.status.ok()) << stance.status.error_message();
+  ASSERT_TRUE(skeletal.status.ok()) << skeletal.status.error_message();
+  EXPECT_EQ(unspecified.response.model(), "untrained-stance");
+  EXPECT_EQ(stance.response.model(), "untrained-stance");
+  EXPECT_EQ(skeletal.response.model(), "untrained");
+  v1::TransferRequest by_name = RequestFor(v1::METHOD_UNSPECIFIED);
+  by_name.mutable_options()->set_model("untrained");
+  EXPECT_EQ(Call(channel_, by_name).response.model(), "untrained");
+}
+
+TEST_F(TwoModelsTest, ConfidenceIsAnsweredWhereItIsKnown) {
+  const v1::TransferResponse stance = Call(channel_, RequestFor(v1::METHOD_STANCE)).response;
+  ASSERT_TRUE(stance.has_confidence());
+  EXPECT_GE(stance.confidence(), 0);
+  EXPECT_LE(stance.confidence(), 1);
+  for (const v1::Skeleton& skeleton : {stance.source_skeleton(), stance.reference_skeleton()}) {
+    ASSERT_EQ(skeleton.confidence_size(), 24);
+    for (const float confidence : skeleton.confidence()) {
+      EXPECT_GE(confidence, 0);
+      EXPECT_LE(confidence, 1);
+    }
+  }
+  EXPECT_EQ(stance.target_skeleton().confidence_size(), 0);
+  const v1::TransferResponse skeletal = Call(channel_, RequestFor(v1::METHOD_SKELETAL)).response;
+  EXPECT_FALSE(skeletal.has_confidence());
+  EXPECT_EQ(skeletal.source_skeleton().confidence_size(), 0);
+
+  v1::RigRequest request;
+  *request.mutable_mesh() = SmallRequest().source();
+  v1::RigResponse rig;
+  grpc::ClientContext context;
+  ASSERT_TRUE(v1::PoseTransferService::NewStub(channel_)->Rig(&context, request, &rig).ok());
+  EXPECT_EQ(rig.skeleton().confidence_size(), 24);
+  EXPECT_EQ(rig.model(), "untrained-stance");
+}
+
+// The one worker is busy while both kinds of request arrive: they run as one batch.
+TEST_F(TwoModelsTest, ABatchOfBothMethodsAnswersEachAsAlone) {
+  const v1::Method methods[] = {v1::METHOD_STANCE, v1::METHOD_SKELETAL, v1::METHOD_STANCE,
+                                v1::METHOD_SKELETAL};
+  auto running = CallAsync(channel_, LargeRequest());
+  server_->AwaitMetric(kRunning, 1);
+  std::vector<std::future<Answer>> answers;
+  for (const v1::Method method : methods) answers.push_back(CallAsync(channel_, RequestFor(method)));
+  server_->AwaitMetric(kQueued, 4);
+  EXPECT_TRUE(running.get().status.ok());
+  std::vector<Answer> together;
+  for (auto& answer : answers) together.push_back(answer.get());
+  EXPECT_EQ(server_->Metric("stance_batch_requests_count"), 2);
+  for (size_t i = 0; i < together.size(); ++i) {
+    const Answer alone = Call(channel_, RequestFor(methods[i]));
+    ASSERT_TRUE(together[i].status.ok() && alone.status.ok());
+    const auto a = MeshFromWire(together[i].response.target()), b = MeshFromWire(alone.response.target());
+    ASSERT_TRUE(a.ok() && b.ok());
+    EXPECT_LT((a->positions - b->positions).cwiseAbs().maxCoeff(), 2e-3f);
+    EXPECT_EQ(together[i].response.model(), alone.response.model());
+  }
+}
+
+TEST_F(TwoModelsTest, FacingAndGroundReachTheTarget) {
+  v1::TransferRequest request = RequestFor(v1::METHOD_SKELETAL);
+  const auto lowest = [](const v1::Mesh& mesh) { return MeshFromWire(mesh)->positions.col(1).minCoeff(); };
+  request.mutable_options()->set_ground(v1::GROUND_SOURCE);
+  request.mutable_options()->set_facing(v1::FACING_SOURCE);
+  const Answer put = Call(channel_, request);
+  ASSERT_TRUE(put.status.ok()) << put.status.error_message();
+  EXPECT_NEAR(lowest(put.response.target()), lowest(request.source()), 1e-5f);
+  request.mutable_options()->set_facing(v1::Facing(9));
+  const grpc::Status status = Call(channel_, request).status;
+  EXPECT_EQ(status.error_code(), grpc::INVALID_ARGUMENT);
+  EXPECT_EQ(FieldOf(status), "options.facing");
+  EXPECT_THAT(status.error_message(), HasSubstr("9"));
+}
+
+TEST(ServerTest, AMethodWithoutAModelIsRefused) {
+  auto server = MeasuredServer::Start();
+  ASSERT_NE(server, nullptr);
+  v1::TransferRequest request = SmallRequest();
+  request.mutable_options()->set_method(v1::METHOD_STANCE);
+  const grpc::Status status = Call(ChannelTo(*server), request).status;
+  EXPECT_EQ(status.error_code(), grpc::FAILED_PRECONDITION);
+  EXPECT_EQ(ReasonOf(status), "METHOD_NOT_LOADED");
+  EXPECT_EQ(FieldOf(status), "options.method");
+  EXPECT_THAT(status.error_message(), HasSubstr("loaded: METHOD_SKELETAL"));
 }
 
 TEST(ServerTest, RefusesAMessageBeyondItsLimit) {
@@ -594,6 +721,34 @@ TEST(ServerConfigTest, TheShippedFileIsAccepted) {
                                     "/nowhere", "--log-format", "text"});
   EXPECT_EQ(finished.exit_code, 1);
   EXPECT_THAT(finished.err, HasSubstr("model.directory"));
+}
+
+// The shipped model and another, from a folder that holds both.
+TEST(ServerConfigTest, AFolderOfModelsIsServed) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::path(::testing::TempDir()) / "stance-models";
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  fs::copy(STANCE_SHIPPED_MODELS "/skeletal-human24", folder / "skeletal-human24");
+  fs::copy(STANCE_UNTRAINED_STANCE_MODEL, folder / "stance");
+  std::ofstream(folder / "server.toml") << "[model]\ndirectory = \"" << folder.string() << "\"\n";
+  {
+    BackgroundProgram server({STANCE_SERVER_BINARY, "--config", folder / "server.toml", "--listen",
+                              "127.0.0.1:0", "--metrics-listen", "", "--server-lame-duck-seconds", "0"},
+                             folder / "log");
+    EXPECT_TRUE(server.ReadLine().starts_with("listening on "));
+    server.Signal(SIGTERM);
+    EXPECT_EQ(server.Wait(), 0);
+  }
+  std::ifstream log(folder / "log");
+  const std::string text{std::istreambuf_iterator<char>(log), {}};
+  EXPECT_THAT(text, HasSubstr(R"("models":"untrained-stance, skeletal-human24")"));
+  fs::copy(STANCE_UNTRAINED_MODEL, folder / "another");
+  const auto refused = RunProgram({STANCE_SERVER_BINARY, "--model", folder, "--log-format", "text"});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.err, HasSubstr("model.directory"));
+  EXPECT_THAT(refused.err, HasSubstr("a second model of the method 'skeletal'"));
+  fs::remove_all(folder);
 }
 
 TEST(ServerConfigTest, ATakenPortIsRefused) {

@@ -10,6 +10,7 @@
 namespace stance {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
@@ -59,6 +60,9 @@ INSTANTIATE_TEST_SUITE_P(
         BadToml{"[batching]\nmax_batch_requests = 0\n", "batching.max_batch_requests: 0 is not"},
         BadToml{"[server]\nlame_duck_seconds = \"1\"\n", "server.lame_duck_seconds: want a number"},
         BadToml{"[server]\nlame_duck_seconds = nan\n", "server.lame_duck_seconds: nan is not"},
+        BadToml{"[model]\ndirectory = 5\n", "model.directory: want strings"},
+        BadToml{"[model]\ndirectory = [\"a\", 5]\n", "model.directory: want strings"},
+        BadToml{"[model]\ndirectory = []\n", "model.directory: '' is not a list of names"},
         BadToml{"[log]\nformat = \"xml\"\n", "log.format: 'xml' is not one of json, text"},
         BadToml{"[server\n", "line 1: "}));
 
@@ -79,6 +83,19 @@ TEST(ConfigTest, OptionsReadText) {
   EXPECT_THAT(ErrorOf(SetOption(config, "nothing.here", "1")), StartsWith("nothing.here: unknown option"));
 }
 
+TEST(ConfigTest, ModelFoldersAreAListInEachSpelling) {
+  EXPECT_THAT(ServerConfig().model_directory, ElementsAre("models"));
+  ServerConfig config;
+  ASSERT_TRUE(ApplyToml(config, "[model]\ndirectory = \"one\"\n").ok());
+  EXPECT_THAT(config.model_directory, ElementsAre("one"));
+  ASSERT_TRUE(ApplyToml(config, "[model]\ndirectory = [\"one:half\", \"two\"]\n").ok());
+  EXPECT_THAT(config.model_directory, ElementsAre("one:half", "two"));
+  ASSERT_TRUE(SetOption(config, "model.directory", "a:/b/c").ok());
+  EXPECT_THAT(config.model_directory, ElementsAre("a", "/b/c"));
+  EXPECT_THAT(ErrorOf(SetOption(config, "model.directory", "a::c")), StartsWith("model.directory: 'a::c'"));
+  EXPECT_THAT(ErrorOf(SetOption(config, "model.directory", "")), StartsWith("model.directory: ''"));
+}
+
 TEST(ConfigTest, TheEnvironmentSpellsKeysInCapitals) {
   EXPECT_EQ(EnvironmentName("server.max_message_bytes"), "STANCE_SERVER_MAX_MESSAGE_BYTES");
   EXPECT_EQ(FlagName("server.max_message_bytes"), "--server-max-message-bytes");
@@ -91,39 +108,31 @@ TEST(ConfigTest, TheEnvironmentSpellsKeysInCapitals) {
   };
   ServerConfig config;
   ASSERT_TRUE(ApplyEnvironment(config, get).ok());
-  EXPECT_EQ(config.model_directory, "/models/a");
+  EXPECT_THAT(config.model_directory, ElementsAre("/models/a"));
   environment["STANCE_LOG_LEVEL"] = "loud";
   EXPECT_THAT(ErrorOf(ApplyEnvironment(config, get)), StartsWith("STANCE_LOG_LEVEL: log.level: 'loud'"));
 }
 
-ServerConfig WithModel() {
-  ServerConfig config;
-  config.model_directory = "somewhere";
-  return config;
-}
-
 TEST(ConfigTest, WorkersTimesThreadsFitTheCpus) {
   for (int cpus = 1; cpus <= 64; ++cpus) {
-    ServerConfig config = WithModel();
+    ServerConfig config = ServerConfig();
     ASSERT_TRUE(FinishConfig(config, cpus).ok());
     EXPECT_GE(config.inference_workers, 1);
     EXPECT_GE(config.inference_threads, 1);
     EXPECT_LE(config.inference_workers * config.inference_threads, cpus);
   }
-  ServerConfig workers_only = WithModel();
+  ServerConfig workers_only = ServerConfig();
   workers_only.inference_workers = 3;
   ASSERT_TRUE(FinishConfig(workers_only, 8).ok());
   EXPECT_EQ(workers_only.inference_threads, 2);
-  ServerConfig too_many = WithModel();
+  ServerConfig too_many = ServerConfig();
   too_many.inference_workers = 3;
   too_many.inference_threads = 2;
   EXPECT_THAT(ErrorOf(FinishConfig(too_many, 5)), HasSubstr("inference.workers x inference.threads: 3 x 2"));
 }
 
 TEST(ConfigTest, RefusesWhatCannotServe) {
-  ServerConfig no_model;
-  EXPECT_THAT(ErrorOf(FinishConfig(no_model, 2)), StartsWith("model.directory: is required"));
-  ServerConfig small_queue = WithModel();
+  ServerConfig small_queue = ServerConfig();
   small_queue.batching_max_queued_bytes = 1000;
   EXPECT_THAT(ErrorOf(FinishConfig(small_queue, 2)),
               StartsWith("batching.max_queued_bytes: 1000 is less than"));
@@ -133,6 +142,7 @@ TEST(ConfigTest, RefusesWhatCannotServe) {
 TEST(ConfigTest, DefaultsAreValidValues) {
   for (const OptionHelp& option : ConfigOptions()) {
     std::string value = option.default_value;
+    if (option.is_list) value = value.substr(1, value.size() - 2);
     if (value.starts_with('"')) value = value.substr(1, value.size() - 2);
     ServerConfig config;
     EXPECT_TRUE(SetOption(config, option.key, value).ok()) << option.key << " = " << option.default_value;
@@ -153,8 +163,7 @@ TEST(ConfigTest, TheDocumentsListEveryOption) {
   EXPECT_TRUE(ApplyToml(config, toml).ok());
   for (const OptionHelp& option : ConfigOptions()) {
     const std::string name = option.key.substr(option.key.find('.') + 1);
-    const bool required = option.key == "model.directory";
-    EXPECT_THAT(toml, HasSubstr("\n" + (required ? "# " + name : name + " = " + option.default_value)));
+    EXPECT_THAT(toml, HasSubstr("\n" + name + " = " + option.default_value));
   }
 }
 

@@ -16,14 +16,22 @@
 namespace stance {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-Catalog TestCatalog() {
-  ModelInfo model;
-  model.name = "skeletal-human24";
-  return {{model}, HumanSkeleton(), {.max_vertices = 500, .max_faces = 900}};
+Catalog CatalogOf(const std::vector<Method>& methods) {
+  Catalog catalog{{}, HumanSkeleton(), {.max_vertices = 500, .max_faces = 900}};
+  for (const Method method : methods) {
+    ModelInfo& model = catalog.models.emplace_back();
+    model.name = MethodName(method) + "-human24";
+    model.method = method;
+  }
+  return catalog;
 }
+Catalog TestCatalog() { return CatalogOf({Method::kSkeletal}); }
+Catalog BothMethods() { return CatalogOf({Method::kStance, Method::kSkeletal}); }
 
 v1::Mesh ArraysMesh() {
   v1::Mesh mesh;
@@ -54,7 +62,7 @@ TEST(PlanTransferTest, DefaultsAreCoresOwn) {
   const absl::StatusOr<TransferPlan> plan = PlanTransfer(GoodTransfer(), catalog);
   ASSERT_TRUE(plan.ok()) << plan.status();
   const TransferOptions defaults;
-  EXPECT_EQ(plan->options.method, defaults.method);
+  EXPECT_EQ(plan->options.method, Method::kSkeletal);
   EXPECT_EQ(plan->options.smoothing.kind, defaults.smoothing.kind);
   EXPECT_EQ(plan->options.smoothing.length, defaults.smoothing.length);
   EXPECT_EQ(plan->options.twist, defaults.twist);
@@ -85,6 +93,8 @@ TEST(PlanTransferTest, TakesOverEachOption) {
   options->set_target_format(v1::OUTPUT_FORMAT_GLB);
   options->set_bone_naming(v1::BONE_NAMING_MIXAMO);
   options->set_twist(v1::TWIST_INHERITED);
+  options->set_facing(v1::FACING_SOURCE);
+  options->set_ground(v1::GROUND_SOURCE);
   const absl::StatusOr<TransferPlan> plan = PlanTransfer(request, TestCatalog());
   ASSERT_TRUE(plan.ok()) << plan.status();
   EXPECT_EQ(plan->options.source_up, UpAxis::kZ);
@@ -98,6 +108,39 @@ TEST(PlanTransferTest, TakesOverEachOption) {
   EXPECT_EQ(plan->target_format, v1::OUTPUT_FORMAT_GLB);
   EXPECT_EQ(plan->bone_naming, BoneNaming::kMixamo);
   EXPECT_EQ(plan->options.twist, Twist::kInherited);
+  EXPECT_EQ(plan->options.facing, Facing::kSource);
+  EXPECT_EQ(plan->options.ground, Ground::kSource);
+}
+
+TEST(PlanTransferTest, MethodAndModelNameEachOther) {
+  const auto plan = [](v1::Method method, const std::string& model) {
+    v1::TransferRequest request = GoodTransfer();
+    request.mutable_options()->set_method(method);
+    request.mutable_options()->set_model(model);
+    return PlanTransfer(request, BothMethods());
+  };
+  const auto expect = [](const absl::StatusOr<TransferPlan>& got, Method method) {
+    ASSERT_TRUE(got.ok()) << got.status();
+    EXPECT_EQ(got->options.method, method);
+    EXPECT_EQ(got->model, MethodName(method) + "-human24");
+  };
+  expect(plan(v1::METHOD_UNSPECIFIED, ""), Method::kStance);
+  expect(plan(v1::METHOD_SKELETAL, ""), Method::kSkeletal);
+  expect(plan(v1::METHOD_STANCE, ""), Method::kStance);
+  expect(plan(v1::METHOD_UNSPECIFIED, "skeletal-human24"), Method::kSkeletal);
+  expect(plan(v1::METHOD_SKELETAL, "skeletal-human24"), Method::kSkeletal);
+  const absl::Status status = plan(v1::METHOD_STANCE, "skeletal-human24").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("no model \"skeletal-human24\" of METHOD_STANCE"));
+}
+
+TEST(PlanTransferTest, AMethodWithoutAModelIsNamedWithThoseLoaded) {
+  v1::TransferRequest request = GoodTransfer();
+  request.mutable_options()->set_method(v1::METHOD_STANCE);
+  const absl::Status status = PlanTransfer(request, TestCatalog()).status();
+  EXPECT_EQ(ReasonOf(status), "METHOD_NOT_LOADED");
+  EXPECT_THAT(std::string(status.message()),
+              AllOf(HasSubstr("METHOD_STANCE"), HasSubstr("loaded: METHOD_SKELETAL")));
 }
 
 TEST(PlanTransferTest, TheTargetHasTheFormOfTheSource) {
@@ -139,7 +182,7 @@ INSTANTIATE_TEST_SUITE_P(
                    [](v1::TransferRequest& r) { r.mutable_source()->mutable_file()->set_content("x"); }},
         BadRequest{"options.method", absl::StatusCode::kUnimplemented,
                    Options([](v1::TransferOptions& o) { o.set_method(v1::METHOD_NEURAL); })},
-        BadRequest{"options.method", absl::StatusCode::kUnimplemented,
+        BadRequest{"options.method", absl::StatusCode::kFailedPrecondition,
                    Options([](v1::TransferOptions& o) { o.set_method(v1::METHOD_STANCE); })},
         BadRequest{"options.method", kInvalid,
                    Options([](v1::TransferOptions& o) { o.set_method(v1::Method(99)); })},
@@ -168,6 +211,10 @@ INSTANTIATE_TEST_SUITE_P(
                    Options([](v1::TransferOptions& o) { o.set_target_format(v1::OutputFormat(77)); })},
         BadRequest{"options.twist", kInvalid,
                    Options([](v1::TransferOptions& o) { o.set_twist(v1::Twist(7)); })},
+        BadRequest{"options.facing", kInvalid,
+                   Options([](v1::TransferOptions& o) { o.set_facing(v1::Facing(7)); })},
+        BadRequest{"options.ground", kInvalid,
+                   Options([](v1::TransferOptions& o) { o.set_ground(v1::Ground(7)); })},
         BadRequest{"options.bone_naming", kInvalid,
                    Options([](v1::TransferOptions& o) { o.set_bone_naming(v1::BoneNaming(50)); })}));
 
@@ -220,6 +267,9 @@ TransferResult SomeResult() {
   result.reference_rig.weights = RowMatrix::Zero(8, kHumanJoints);
   result.reference_rig.weights.col(6).setOnes();
   result.transforms.assign(kHumanJoints, AffineTransform());
+  result.confidence = 0.5f;
+  result.source_rig.confidence = Eigen::VectorXf::Constant(kHumanJoints, 0.25f);
+  result.reference_rig.confidence = Eigen::VectorXf::Constant(kHumanJoints, 0.75f);
   result.warnings = {"source: odd"};
   result.seconds.network = 0.25;
   return result;
@@ -236,6 +286,7 @@ TEST(EncodeTransferTest, HoldsOnlyWhatWasAskedFor) {
   EXPECT_FALSE(response.has_weights());
   EXPECT_FALSE(response.has_reference_weights());
   EXPECT_EQ(response.joint_transforms_size(), 0);
+  EXPECT_EQ(response.confidence(), 0.5f);
   EXPECT_THAT(response.warnings(), ElementsAre("source: odd"));
   EXPECT_EQ(response.model(), "skeletal-human24");
   EXPECT_EQ(response.timings().network_seconds(), 0.25);
@@ -261,9 +312,40 @@ TEST(EncodeTransferTest, HoldsEverythingThatWasAskedFor) {
   EXPECT_EQ(response.target_skeleton().positions(0), 3.0f);
   EXPECT_EQ(response.source_skeleton().names_size(), kHumanJoints);
   EXPECT_EQ(response.source_skeleton().parents(0), -1);
+  ASSERT_EQ(response.source_skeleton().confidence_size(), kHumanJoints);
+  EXPECT_EQ(response.source_skeleton().confidence(3), 0.25f);
+  ASSERT_EQ(response.reference_skeleton().confidence_size(), kHumanJoints);
+  EXPECT_EQ(response.reference_skeleton().confidence(3), 0.75f);
+  EXPECT_EQ(response.target_skeleton().confidence_size(), 0);
   EXPECT_EQ(response.weights().joint_indices()[0], 5);
   EXPECT_EQ(response.reference_weights().joint_indices()[0], 6);
   EXPECT_EQ(response.joint_transforms_size(), 12 * kHumanJoints);
+}
+
+TEST(EncodeTransferTest, ConfidenceIsUnsetWhereItIsNotKnown) {
+  const Catalog catalog = TestCatalog();
+  v1::TransferRequest request = GoodTransfer();
+  request.mutable_options()->add_outputs(v1::TRANSFER_OUTPUT_SKELETONS);
+  TransferResult result = SomeResult();
+  result.confidence.reset();
+  result.source_rig.confidence.resize(0);
+  v1::TransferResponse response;
+  ASSERT_TRUE(
+      EncodeTransfer(PlanTransfer(request, catalog).value(), result, catalog, request, &response).ok());
+  EXPECT_FALSE(response.has_confidence());
+  EXPECT_EQ(response.source_skeleton().confidence_size(), 0);
+}
+
+TEST(EncodeRigTest, HoldsTheConfidences) {
+  const Catalog catalog = BothMethods();
+  v1::RigRequest request;
+  *request.mutable_mesh() = ArraysMesh();
+  RigResult result;
+  result.rig = SomeResult().source_rig;
+  v1::RigResponse response;
+  EncodeRig(PlanRig(request, catalog).value(), result, catalog, &response);
+  EXPECT_EQ(response.skeleton().confidence_size(), kHumanJoints);
+  EXPECT_EQ(response.model(), "stance-human24");
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ UntrainedModel::UntrainedModel(int64_t samples, uint64_t seed, const std::string
     : dir_(std::filesystem::temp_directory_path() /
            fmt::format("stance_untrained_{}_{}_{}_{}", getpid(), method, samples, seed)) {
   ModelManifest manifest;
-  manifest.name = "untrained";
+  manifest.name = method == kStanceMethod ? "untrained-stance" : "untrained";
   manifest.version = "test";
   manifest.samples = samples;
   const absl::Status written = method == kStanceMethod ? PoseModel::WriteUntrained(dir_, seed, manifest)

@@ -44,7 +44,10 @@ TEST(ArgumentsTest, TransferHasTheDocumentedDefaults) {
   EXPECT_THAT(arguments.outputs, ElementsAre("c.glb"));
   EXPECT_EQ(arguments.backend.server, "localhost:50051");
   EXPECT_FALSE(arguments.backend.local);
-  EXPECT_EQ(arguments.options.method, Method::kSkeletal);
+  EXPECT_EQ(arguments.options.method, std::nullopt);
+  EXPECT_EQ(arguments.options.facing, Facing::kReference);
+  EXPECT_EQ(arguments.options.ground, Ground::kFree);
+  EXPECT_EQ(arguments.min_confidence, 0);
   EXPECT_EQ(arguments.options.smoothing.kind, SmoothingKind::kMetric);
   EXPECT_EQ(arguments.options.smoothing.length, SmoothingOptions().length);
   EXPECT_EQ(arguments.options.source_up, UpAxis::kY);
@@ -64,10 +67,16 @@ TEST(ArgumentsTest, EveryTransferOptionIsRead) {
                                                     "--local",
                                                     "--model",
                                                     "m",
+                                                    "--model",
+                                                    "n",
                                                     "--threads",
                                                     "2",
                                                     "--method",
                                                     "skeletal",
+                                                    "--facing",
+                                                    "source",
+                                                    "--ground",
+                                                    "source",
                                                     "--smoothing",
                                                     "hopwise",
                                                     "--lambda",
@@ -93,8 +102,11 @@ TEST(ArgumentsTest, EveryTransferOptionIsRead) {
   EXPECT_THAT(arguments.outputs, ElementsAre("c.obj", "d.glb"));
   EXPECT_TRUE(arguments.backend.local);
   EXPECT_EQ(arguments.backend.server, "");
-  EXPECT_EQ(arguments.backend.model, "m");
+  EXPECT_THAT(arguments.backend.models, ElementsAre("m", "n"));
   EXPECT_EQ(arguments.backend.threads, 2);
+  EXPECT_EQ(arguments.options.method, Method::kSkeletal);
+  EXPECT_EQ(arguments.options.facing, Facing::kSource);
+  EXPECT_EQ(arguments.options.ground, Ground::kSource);
   EXPECT_EQ(arguments.options.smoothing.kind, SmoothingKind::kHopwise);
   EXPECT_EQ(arguments.options.smoothing.lambda, 7.5);
   EXPECT_EQ(arguments.options.source_up, UpAxis::kZ);
@@ -106,6 +118,13 @@ TEST(ArgumentsTest, EveryTransferOptionIsRead) {
   EXPECT_EQ(arguments.weights, "w.csv");
   EXPECT_EQ(arguments.view, "v.png");
   EXPECT_TRUE(arguments.quiet && arguments.json);
+}
+
+TEST(ArgumentsTest, ConfidenceIsForAMethodThatKnowsIt) {
+  const auto arguments = Parsed<TransferArguments>(
+      {"transfer", "a.obj", "b.obj", "-o", "c.obj", "--method", "stance", "--min-confidence", "0.5"});
+  EXPECT_EQ(arguments.options.method, Method::kStance);
+  EXPECT_EQ(arguments.min_confidence, 0.5);
 }
 
 TEST(ArgumentsTest, ServerComesFromTheEnvironmentUnlessNamed) {
@@ -151,6 +170,16 @@ TEST(ArgumentsTest, RefusesWithTheOptionsName) {
   EXPECT_THAT(with({"--max-influences", "25"}), HasSubstr("--max-influences: 25"));
   EXPECT_THAT(with({"--max-influences", "-1"}), HasSubstr("--max-influences: -1"));
   EXPECT_THAT(with({"--method", "magic"}), HasSubstr("--method"));
+  EXPECT_THAT(with({"--method", "stance", "--twist", "paper"}),
+              HasSubstr("--twist: not with --method stance"));
+  EXPECT_THAT(with({"--method", "stance", "--lambda", "3"}), HasSubstr("--lambda: not with --method stance"));
+  EXPECT_THAT(with({"--facing", "north"}), HasSubstr("--facing: \"north\" is not one of reference|source"));
+  EXPECT_THAT(with({"--ground", "moon"}), HasSubstr("--ground: \"moon\" is not one of free|source"));
+  EXPECT_THAT(with({"--min-confidence", "1.5"}), HasSubstr("--min-confidence: 1.5 is not in [0, 1]"));
+  EXPECT_THAT(with({"--min-confidence", "nan"}), HasSubstr("--min-confidence: nan"));
+  EXPECT_THAT(with({"--min-confidence", "0.5", "--method", "skeletal"}),
+              HasSubstr("--min-confidence: the method skeletal"));
+  EXPECT_THAT(with({"--model", "a", "--model", "b"}), HasSubstr("--model: 2 of them without --local"));
   EXPECT_THAT(with({"--source-up", "w"}), HasSubstr("--source-up"));
   EXPECT_THAT(with({"--reference-up", "Y "}), HasSubstr("--reference-up"));
   EXPECT_THAT(with({"--bone-names", "biped"}), HasSubstr("--bone-names"));

@@ -10,8 +10,9 @@ namespace {
 absl::Status Error(int code) { return absl::Status(static_cast<absl::StatusCode>(code), "text"); }
 
 TEST(ExitCodeTest, OkIsZeroThroughEveryFunction) {
-  for (const absl::Status& status : {absl::OkStatus(), UsageError(absl::OkStatus()),
-                                     FileError(absl::OkStatus()), ServerError(absl::OkStatus())}) {
+  for (const absl::Status& status :
+       {absl::OkStatus(), UsageError(absl::OkStatus()), FileError(absl::OkStatus()),
+        ServerError(absl::OkStatus()), UnsureError(absl::OkStatus())}) {
     EXPECT_TRUE(status.ok());
     EXPECT_EQ(ExitCodeFor(status), ExitCode::kOk);
   }
@@ -33,6 +34,7 @@ TEST(ExitCodeTest, EveryCodeFromComputing) {
                                                       : ExitCode::kInternal;
     EXPECT_EQ(ExitCodeFor(Error(i)), expected) << i;
     EXPECT_EQ(ExitCodeFor(UsageError(Error(i))), ExitCode::kUsage) << i;
+    EXPECT_EQ(ExitCodeFor(UnsureError(Error(i))), ExitCode::kUnsure) << i;
     EXPECT_EQ(ExitCodeFor(FileError(Error(i))),
               code == Code::kInvalidArgument ? ExitCode::kBadInput : ExitCode::kFile)
         << i;

@@ -48,6 +48,24 @@ TEST(RigFilesTest, RigJsonReadsBackExactly) {
   EXPECT_EQ(ReadWeights(json), answer.result.rig.weights);
 }
 
+TEST(RigFilesTest, ConfidencesStandInBothFilesWhereTheyAreKnown) {
+  RigAnswer rig = SmallRig();
+  EXPECT_FALSE(nlohmann::json::parse(RigJson(rig)).contains("confidence"));
+  rig.result.rig.confidence = Eigen::VectorXf{{0.125f, 1.0f / 3, 1.0f}};
+  const auto read = nlohmann::json::parse(RigJson(rig))["confidence"].get<std::vector<float>>();
+  EXPECT_EQ(read, (std::vector<float>{0.125f, 1.0f / 3, 1}));
+  TransferAnswer answer;
+  answer.joints = rig.joints;
+  answer.result.source_rig = answer.result.reference_rig = rig.result.rig;
+  answer.result.target_joints = rig.result.rig.joints;
+  answer.result.transforms.resize(3);
+  const auto json = nlohmann::json::parse(SkeletonJson(answer));
+  EXPECT_EQ(json["confidence"]["source"].get<std::vector<float>>(), read);
+  EXPECT_EQ(json["confidence"]["reference"].get<std::vector<float>>(), read);
+  answer.result.source_rig.confidence.resize(0);
+  EXPECT_FALSE(nlohmann::json::parse(SkeletonJson(answer)).contains("confidence"));
+}
+
 TEST(RigFilesTest, WeightsJsonReadsBackExactlyHeaviestFirst) {
   const RigAnswer answer = SmallRig();
   const auto json = nlohmann::json::parse(WeightsJson(answer.joints, answer.result.rig.weights));

@@ -30,6 +30,15 @@ TEST(SummaryTest, TextHasALinePerWarningAndPerFile) {
   EXPECT_THAT(text, HasSubstr("wrote a.obj\n"));
 }
 
+TEST(SummaryTest, ConfidenceIsSaidWhereItIsKnown) {
+  Summary summary = Example();
+  EXPECT_THAT(SummaryText(summary, false), ::testing::Not(HasSubstr("confidence")));
+  EXPECT_FALSE(nlohmann::json::parse(SummaryText(summary, true)).contains("confidence"));
+  summary.confidence = 0.75f;
+  EXPECT_THAT(SummaryText(summary, false), HasSubstr("\nconfidence 0.75\n"));
+  EXPECT_EQ(nlohmann::json::parse(SummaryText(summary, true))["confidence"], 0.75);
+}
+
 TEST(SummaryTest, JsonHoldsEveryFactAndNoRequestIdWithoutAServer) {
   Summary summary = Example();
   const auto json = nlohmann::json::parse(SummaryText(summary, true));

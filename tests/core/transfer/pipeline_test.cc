@@ -178,12 +178,6 @@ TEST_F(PipelineTest, SaysWhatItLoaded) {
   ASSERT_EQ(pipeline_->models().size(), 1u);
   EXPECT_EQ(pipeline_->models()[0].name, "untrained");
   EXPECT_EQ(pipeline_->models()[0].parameter_count, 3'377'691);
-  EXPECT_EQ(Pipeline::Load("/nonexistent").status().code(), absl::StatusCode::kNotFound);
-}
-
-TEST(Method, NamesRoundTrip) {
-  EXPECT_EQ(*MethodFromName(MethodName(Method::kSkeletal)), Method::kSkeletal);
-  EXPECT_EQ(MethodFromName("telepathic").status().code(), absl::StatusCode::kInvalidArgument);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <string>
 
@@ -84,17 +85,22 @@ TEST(RigWireTest, SkeletonRoundTrips) {
   Points joints(3, 3);
   joints << 0, 1, 2, 3, 4, 5, 6, 7, 8;
   v1::Skeleton wire;
-  SkeletonToWire({"a", "b", "c"}, {-1, 0, 0}, joints, &wire);
+  const Eigen::VectorXf confidence{{0.0f, 0.25f, 1.0f}};
+  SkeletonToWire({"a", "b", "c"}, {-1, 0, 0}, joints, confidence, &wire);
   const absl::StatusOr<PlacedSkeleton> read = SkeletonFromWire(wire);
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_THAT(read->names, ::testing::ElementsAre("a", "b", "c"));
   EXPECT_THAT(read->parents, ::testing::ElementsAre(-1, 0, 0));
   EXPECT_EQ(read->joints, joints);
+  EXPECT_EQ(read->confidence, confidence);
+  SkeletonToWire({"a", "b", "c"}, {-1, 0, 0}, joints, {}, &wire);
+  EXPECT_EQ(wire.confidence_size(), 0);
+  EXPECT_EQ(SkeletonFromWire(wire)->confidence.size(), 0);
 }
 
 TEST(RigWireTest, DamagedSkeletonsAreRefusedWithTheirField) {
   v1::Skeleton good;
-  SkeletonToWire({"a", "b"}, {-1, 0}, Points::Zero(2, 3), &good);
+  SkeletonToWire({"a", "b"}, {-1, 0}, Points::Zero(2, 3), Eigen::VectorXf{{0.5f, 0.75f}}, &good);
   v1::Skeleton bad = good;
   bad.mutable_names()->RemoveLast();
   ExpectInvalid(SkeletonFromWire(bad), "names: 1 for 2 parents");
@@ -107,6 +113,14 @@ TEST(RigWireTest, DamagedSkeletonsAreRefusedWithTheirField) {
   bad = good;
   bad.set_parents(0, 0);
   ExpectInvalid(SkeletonFromWire(bad), "parents: joint 0 has parent 0");
+  bad = good;
+  bad.mutable_confidence()->RemoveLast();
+  ExpectInvalid(SkeletonFromWire(bad), "confidence: 1 numbers for 2 joints");
+  bad = good;
+  bad.set_confidence(1, 1.5f);
+  ExpectInvalid(SkeletonFromWire(bad), "confidence: joint 1 has 1.5");
+  bad.set_confidence(1, std::nanf(""));
+  ExpectInvalid(SkeletonFromWire(bad), "confidence: joint 1 has nan");
 }
 
 TEST(RigWireTest, TransformsRoundTripRowMajor) {

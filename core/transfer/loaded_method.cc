@@ -1,0 +1,130 @@
+#include "core/transfer/loaded_method.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <system_error>
+#include <utility>
+
+#include "core/network/model_manifest.h"
+#include "core/network/pose_model.h"
+#include "core/network/skeletal_model.h"
+#include "core/transfer/bone_rotation_solver.h"
+#include "core/transfer/diffusion_smoother.h"
+#include "core/transfer/learned_rotation_solver.h"
+#include "core/transfer/pose_rigger.h"
+#include "core/transfer/screened_weights.h"
+#include "core/transfer/skeletal_rigger.h"
+
+namespace stance {
+namespace {
+
+template <typename Model>
+ModelInfo InfoOf(Method method, const Model& model) {
+  const ModelManifest& manifest = model.manifest();
+  return {manifest.name, manifest.version, method, kHumanJoints, model.parameter_count(), manifest.samples};
+}
+
+class SkeletalMethod : public LoadedMethod {
+ public:
+  SkeletalMethod(std::unique_ptr<SkeletalModel> model, const PipelineOptions& options)
+      : LoadedMethod(InfoOf(Method::kSkeletal, *model)),
+        model_(std::move(model)),
+        rigger_(*model_, options.threads, options.full_resolution) {}
+
+  const Rigger& rigger() const override { return rigger_; }
+  std::unique_ptr<PoseSolver> MakeSolver(const TransferOptions& options) const override {
+    return std::make_unique<BoneRotationSolver>(options.twist);
+  }
+  std::unique_ptr<WeightSmoother> MakeWeightSmoother(const TransferOptions& options) const override {
+    return MakeSmoother(options.smoothing);
+  }
+
+ private:
+  const std::unique_ptr<SkeletalModel> model_;
+  const SkeletalRigger rigger_;
+};
+
+class StanceMethod : public LoadedMethod {
+ public:
+  StanceMethod(std::unique_ptr<PoseModel> model, const PipelineOptions& options)
+      : LoadedMethod(InfoOf(Method::kStance, *model)),
+        model_(std::move(model)),
+        rigger_(*model_, options.threads) {}
+
+  const Rigger& rigger() const override { return rigger_; }
+  std::unique_ptr<PoseSolver> MakeSolver(const TransferOptions&) const override {
+    return std::make_unique<LearnedRotationSolver>();
+  }
+  std::unique_ptr<WeightSmoother> MakeWeightSmoother(const TransferOptions&) const override {
+    return std::make_unique<ScreenedSmoother>();
+  }
+
+ private:
+  const std::unique_ptr<PoseModel> model_;
+  const PoseRigger rigger_;
+};
+
+bool HoldsModel(const std::filesystem::path& folder) {
+  std::error_code error;
+  return std::filesystem::exists(folder / "manifest.json", error);
+}
+
+// The models' own folders that `folder` stands for, by name: itself, or those in it. Itself also where there
+// is none, for its error.
+std::vector<std::filesystem::path> ModelFolders(const std::filesystem::path& folder) {
+  if (HoldsModel(folder)) return {folder};
+  std::vector<std::filesystem::path> found;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (HoldsModel(entry.path())) found.push_back(entry.path());
+  }
+  std::sort(found.begin(), found.end());
+  return found.empty() ? std::vector{folder} : found;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<LoadedMethod>> LoadedMethod::Load(const std::filesystem::path& model_dir,
+                                                                 const PipelineOptions& options) {
+  STANCE_ASSIGN_OR_RETURN(const ModelManifest manifest, ReadManifest(model_dir));
+  if (manifest.method == kStanceMethod) {
+    if (options.full_resolution) {
+      return absl::InvalidArgumentError(
+          fmt::format("full_resolution: the method '{}' has none", kStanceMethod));
+    }
+    STANCE_ASSIGN_OR_RETURN(std::unique_ptr<PoseModel> model, PoseModel::Load(model_dir));
+    return std::make_unique<StanceMethod>(std::move(model), options);
+  }
+  STANCE_ASSIGN_OR_RETURN(std::unique_ptr<SkeletalModel> model, SkeletalModel::Load(model_dir));
+  return std::make_unique<SkeletalMethod>(std::move(model), options);
+}
+
+absl::StatusOr<std::vector<std::unique_ptr<LoadedMethod>>> LoadMethods(
+    const std::vector<std::filesystem::path>& folders, const PipelineOptions& options) {
+  std::vector<std::unique_ptr<LoadedMethod>> methods;
+  for (const std::filesystem::path& folder : folders) {
+    for (const std::filesystem::path& model_dir : ModelFolders(folder)) {
+      STANCE_ASSIGN_OR_RETURN(std::unique_ptr<LoadedMethod> method, LoadedMethod::Load(model_dir, options));
+      for (const auto& other : methods) {
+        const ModelInfo &one = other->info(), &two = method->info();
+        if (one.method == two.method) {
+          return absl::InvalidArgumentError(fmt::format("{}: a second model of the method '{}', besides '{}'",
+                                                        model_dir.string(), MethodName(two.method),
+                                                        one.name));
+        }
+        if (one.name == two.name) {
+          return absl::InvalidArgumentError(
+              fmt::format("{}: a second model of the name '{}'", model_dir.string(), two.name));
+        }
+      }
+      methods.push_back(std::move(method));
+    }
+  }
+  if (methods.empty()) return absl::InvalidArgumentError("no model's folder is named");
+  std::stable_partition(methods.begin(), methods.end(),
+                        [](const auto& method) { return method->info().method == Method::kStance; });
+  return methods;
+}
+
+}  // namespace stance
