@@ -73,6 +73,19 @@ bool Equal(const Character& a, const Character& b) {
          a.stature == b.stature;
 }
 
+// Also of limbs scaled by themselves: the solver of METHOD_STANCE stands on it.
+TEST_P(CharacterGeneratorTest, RotationsCarryRestBonesOntoPosedOnes) {
+  for (int i = 0; i < 10; ++i) {
+    const Character character = generator_->Make(4, i, Everything());
+    const Points rest = BoneVectors(HumanSkeleton(), character.rest_joints),
+                 posed = BoneVectors(HumanSkeleton(), character.joints);
+    for (int j = 1; j < kHumanJoints; ++j) {
+      const Rotation& parent = character.rotations[HumanSkeleton().parents()[j]];
+      EXPECT_LT((rest.row(j) * parent.transpose() - posed.row(j)).norm(), 1e-4f) << i << " joint " << j;
+    }
+  }
+}
+
 TEST_P(CharacterGeneratorTest, CharactersAreWellFormed) {
   for (int i = 0; i < 40; ++i) {
     const Character c = generator_->Make(1, i, Everything());

@@ -128,6 +128,19 @@ TEST_F(TrainerTest, TheStagePoseLearns) {
             absl::StatusCode::kFailedPrecondition);
 }
 
+TEST_F(TrainerTest, ARunStartsFromAnothersWeights) {
+  TrainingOptions first = Options(TrainingStage::kPose, "first", 8);
+  ASSERT_TRUE(Run(first).ok());
+  TrainingOptions second = Options(TrainingStage::kPose, "second", 8);
+  second.start_from = first.work_dir;
+  second.samples_per_mesh = 128;  // may differ, unlike a resumed run's
+  ASSERT_TRUE(Run(second).ok());
+  EXPECT_NE(report_.find("starting from"), std::string::npos) << report_;
+  second.work_dir = work_.path() / "third";
+  second.start_from = work_.path() / "none";
+  EXPECT_EQ(Run(second).code(), absl::StatusCode::kNotFound);
+}
+
 TEST_F(TrainerTest, AResumedRunEqualsAnUnbrokenOne) {
   TrainingOptions whole = Options(TrainingStage::kJoints, "whole", 32);
   ASSERT_TRUE(Run(whole).ok());

@@ -19,18 +19,20 @@ Rotation RandomRotation(Random& random, double largest = 3.0) {
       .toRotationMatrix();
 }
 
-// The puppet's rig in that pose, its rotations known.
+// The puppet's rig in that pose, its rotations and bones known.
 Rig Posed(const std::vector<Rotation>& global) {
-  Rig rig = testing::Pose(testing::MakePuppet(), global).rig;
+  const testing::Puppet rest = testing::MakePuppet();
+  Rig rig = testing::Pose(rest, global).rig;
   rig.rotations = global;
+  rig.bones = BoneVectors(skeleton(), rest.rig.joints);
   return rig;
 }
 
 // Limbs turn and twist as they like.
 std::vector<Rotation> RandomPose(uint64_t seed) { return testing::RandomPose(seed, 3.0); }
 
-std::vector<Rotation> Solve(const Rig& source, const Rig& reference) {
-  return LearnedRotationSolver().Solve(skeleton(), {}, source, {}, reference);
+std::vector<Rotation> Solve(const Rig& source, const Rig& reference, float correction = 0.75f) {
+  return LearnedRotationSolver(correction).Solve(skeleton(), {}, source, {}, reference);
 }
 
 float Difference(const std::vector<Rotation>& a, const std::vector<Rotation>& b) {
@@ -67,12 +69,29 @@ TEST(LearnedRotationSolver, ATurnedReferenceTurnsEveryRotation) {
   EXPECT_LT(Difference(Solve(source, turned), expected), 2e-3f);
 }
 
-// Whatever the learned rotations, single bones point where the reference's do, and the answer is a rotation.
+// Bones of other directions and lengths at rest, in truth: the answer is exact all the same.
+TEST(LearnedRotationSolver, SkeletonsMayDiffer) {
+  const std::vector<Rotation> from = RandomPose(11), to = RandomPose(12);
+  const Rig source = Posed(from);
+  Rig reference = Posed(to);
+  Random random(13);
+  for (int j = 1; j < 24; ++j) {
+    const int parent = skeleton().parents()[j];
+    reference.bones.row(j) = reference.bones.row(j) * RandomRotation(random, 0.3).transpose() * 1.2f;
+    reference.joints.row(j) = reference.joints.row(parent) + reference.bones.row(j) * to[parent].transpose();
+  }
+  std::vector<Rotation> expected(24);
+  for (int j = 0; j < 24; ++j) expected[j] = to[j] * from[j].transpose();
+  EXPECT_LT(Difference(Solve(source, reference), expected), 2e-3f);
+}
+
+// Fully corrected, whatever the learned rotations: single bones point where the reference's do, and the
+// answer is a rotation.
 TEST(LearnedRotationSolver, BonesPointAsTheReferencesDo) {
   Random random(4);
   Rig source = Posed(RandomPose(5)), reference = Posed(RandomPose(6));
   for (Rotation& rotation : reference.rotations) rotation = RandomRotation(random);
-  const std::vector<Rotation> rotations = Solve(source, reference);
+  const std::vector<Rotation> rotations = Solve(source, reference, 1);
   for (int j = 0; j < 24; ++j) {
     EXPECT_LT((rotations[j] * rotations[j].transpose() - Rotation::Identity()).norm(), 1e-4f);
     EXPECT_NEAR(rotations[j].determinant(), 1, 1e-4f);
