@@ -135,7 +135,8 @@ TEST(PoseNetwork, EveryParameterGetsAGradient) {
   const PosePrediction out =
       network(BatchOf({InputOf(Lopsided(), 200), InputOf(testing::Icosphere(4), 160)}));
   (out.logits.square().mean() + out.canonical.square().mean() + out.joints.square().mean() +
-   (out.rotations * torch::randn_like(out.rotations)).mean() + out.confidence.square().mean())
+   (out.rotations * torch::randn_like(out.rotations)).mean() +
+   (out.bones * torch::randn_like(out.bones)).mean() + out.confidence.square().mean())
       .backward();
   for (const auto& parameter : network->named_parameters()) {
     ASSERT_TRUE(parameter.value().grad().defined()) << parameter.key();

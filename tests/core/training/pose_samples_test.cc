@@ -35,6 +35,7 @@ PoseSample RandomSample() {
   sample.weights = RowMatrix::Random(20, kHumanJoints).cwiseAbs();
   sample.canonical = Points::Random(20, 3);
   sample.joints = Points::Random(kHumanJoints, 3);
+  sample.bones = Points::Random(kHumanJoints, 3);
   for (int j = 0; j < kHumanJoints; ++j) {
     sample.rotations.emplace_back(Eigen::Quaternionf::UnitRandom().toRotationMatrix());
   }
@@ -48,6 +49,7 @@ TEST(Mirrored, TwiceGivesTheSampleBack) {
   EXPECT_EQ(back.weights, sample.weights);
   EXPECT_EQ(back.canonical, sample.canonical);
   EXPECT_EQ(back.joints, sample.joints);
+  EXPECT_EQ(back.bones, sample.bones);
   for (int j = 0; j < kHumanJoints; ++j) EXPECT_EQ(back.rotations[j], sample.rotations[j]);
 }
 

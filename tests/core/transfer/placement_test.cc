@@ -31,8 +31,12 @@ constexpr PelvisAxes::Lead kLeads[] = {PelvisAxes::Lead::kForward, PelvisAxes::L
 testing::Puppet Posed(uint64_t seed, const Rotation& whole, bool learned) {
   std::vector<Rotation> global = testing::RandomPose(seed, 0.6);
   for (Rotation& rotation : global) rotation = whole * rotation;
-  testing::Puppet puppet = testing::Pose(testing::MakePuppet(), global);
-  if (learned) puppet.rig.rotations = global;
+  const testing::Puppet rest = testing::MakePuppet();
+  testing::Puppet puppet = testing::Pose(rest, global);
+  if (learned) {
+    puppet.rig.rotations = global;
+    puppet.rig.bones = BoneVectors(HumanSkeleton(), rest.rig.joints);
+  }
   return puppet;
 }
 
