@@ -74,7 +74,7 @@ done
 say "ready at $address"
 
 # The twist is that of METHOD_SKELETAL; METHOD_STANCE, the default where its model is there, learns its own.
-"$bin/stance" transfer --twist inherited "${meshes[@]}" --server "$address" \
+"$bin/stance" transfer "${meshes[@]}" --server "$address" \
   --output "$out/target.obj" --output "$out/target.glb" --view "$out/view.png"
 
 say "stop the server"

@@ -1,5 +1,6 @@
-// Eight floats, or integers, that the compiler maps to the instruction set at hand (GCC's and Clang's vector extension).
-// For the loops that no compiler vectorises by itself, since a sum of floats may not be reordered.
+// Eight floats, or integers, that the compiler maps to the instruction set at hand (GCC's and Clang's vector
+// extension). For the loops that no compiler vectorises by itself, since a sum of floats may not be
+// reordered.
 #pragma once
 
 #include <cstdint>

@@ -27,8 +27,8 @@ struct Rig {
                       // smoothing
   // What `weights` were taken from, where the rigger's smoother needs it.
   std::shared_ptr<const SampledWeights> sampled{};
-  // (J, 3) from the parent to the joint in the rest pose, in the canonical frame and the mesh's unit; (J) each
-  // joint's global rotation from the rest pose, from the canonical frame to the mesh's own; and the
+  // (J, 3) from the parent to the joint in the rest pose, in the canonical frame and the mesh's unit; (J)
+  // each joint's global rotation from the rest pose, from the canonical frame to the mesh's own; and the
   // probability, in [0, 1], that it and the joint's place are right. Empty where the rigger does not know
   // them.
   Points bones{};
