@@ -139,12 +139,9 @@ PosePrediction PoseNetworkImpl::forward(const PyramidBatch& batch, const torch::
   const auto x6 = down6(x5, x5, batch.near[2]);
 
   const auto pooled = global(x6);
-  std::vector<int64_t> sizes;
-  for (int64_t mesh = 0; mesh < batch.mesh_count(); ++mesh) {
-    sizes.push_back(batch.offsets[2][mesh + 1] - batch.offsets[2][mesh]);
-  }
   std::vector<torch::Tensor> wholes;
-  for (const auto& rows : pooled.split_with_sizes(sizes)) wholes.push_back(std::get<0>(rows.max(0)));
+  const auto rows_per_mesh = RowsPerMesh(batch.offsets[2]);
+  for (const auto& rows : pooled.split_with_sizes(rows_per_mesh)) wholes.push_back(std::get<0>(rows.max(0)));
   const auto whole = torch::stack(wholes);
 
   const auto middle_points = batch.points.index_select(0, to_middle);

@@ -30,6 +30,12 @@ torch::Tensor JointRing(int64_t meshes, torch::Device device) {
 
 void AddSpatialNeighbors(PointBatch& batch) { batch.knn = KNearest(batch.points, batch.offsets); }
 
+std::vector<int64_t> RowsPerMesh(const std::vector<int64_t>& offsets) {
+  std::vector<int64_t> rows;
+  for (size_t mesh = 0; mesh + 1 < offsets.size(); ++mesh) rows.push_back(offsets[mesh + 1] - offsets[mesh]);
+  return rows;
+}
+
 torch::Tensor MeshOfRow(const std::vector<int64_t>& offsets, torch::Device device) {
   auto rows = torch::empty({offsets.back()}, torch::kInt64);
   for (size_t mesh = 0; mesh + 1 < offsets.size(); ++mesh) {
@@ -114,8 +120,7 @@ torch::Tensor WeightNetworkImpl::ForwardPlain(const PointBatch& batch) {
 torch::Tensor SkinningPool(const torch::Tensor& features, const torch::Tensor& weights,
                            const std::vector<int64_t>& offsets) {
   // Split, not sliced: the gradient of each slice would be as large as the whole.
-  std::vector<int64_t> sizes;
-  for (size_t mesh = 0; mesh + 1 < offsets.size(); ++mesh) sizes.push_back(offsets[mesh + 1] - offsets[mesh]);
+  const std::vector<int64_t> sizes = RowsPerMesh(offsets);
   const auto weights_of = weights.split_with_sizes(sizes), features_of = features.split_with_sizes(sizes);
   std::vector<torch::Tensor> pooled;
   for (size_t mesh = 0; mesh < sizes.size(); ++mesh) {

@@ -48,6 +48,9 @@ struct PyramidBatch {
 // Normalises each input (NormalizationOf) and stacks them.
 PyramidBatch StackPyramids(std::span<const PyramidInput* const> inputs);
 
+// How many rows each mesh has: (B).
+std::vector<int64_t> RowsPerMesh(const std::vector<int64_t>& offsets);
+
 // The mesh that each row belongs to: (N) int64 on `device`.
 torch::Tensor MeshOfRow(const std::vector<int64_t>& offsets, torch::Device device);
 

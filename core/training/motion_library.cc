@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/base/files.h"
+#include "core/skeleton/mirror.h"
 
 namespace stance {
 namespace {
@@ -56,16 +57,6 @@ std::vector<Rotation> Decode(const MotionClip& clip, int64_t frame) {
         quaternion.squaredNorm() > 0 ? quaternion.normalized().toRotationMatrix() : Rotation::Identity();
   }
   return local;
-}
-
-// The pose as a mirror in the plane x = 0 shows it.
-std::vector<Rotation> Mirrored(const std::vector<Rotation>& local) {
-  const Eigen::Vector3f flip(-1, 1, 1);
-  std::vector<Rotation> mirrored(local.size());
-  for (int j = 0; j < kHumanJoints; ++j) {
-    mirrored[j] = flip.asDiagonal() * local[MirrorJoint(j)] * flip.asDiagonal();
-  }
-  return mirrored;
 }
 
 }  // namespace
@@ -135,7 +126,7 @@ std::optional<std::vector<Rotation>> MotionLibrary::Sample(Random& random, Split
   if (frames.empty()) return std::nullopt;
   const Frame frame = frames[random.Below(static_cast<int64_t>(frames.size()))];
   std::vector<Rotation> local = Decode(clips_[frame.clip], frame.frame);
-  if (random.Chance(0.5)) local = Mirrored(local);
+  if (random.Chance(0.5)) local = MirroredRotations(local);
   // The heading of the pelvis about +y is the clip's accident; a body that looks straight up or down keeps
   // it.
   const Eigen::Vector3f forward = local[kPelvis].col(2);

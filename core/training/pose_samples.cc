@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "core/base/check.h"
-#include "core/training/joint_limits.h"
+#include "core/skeleton/mirror.h"
 #include "core/training/pose_sampler.h"
 
 namespace stance {
@@ -56,17 +56,13 @@ PoseBatch Stack(const std::vector<PoseSample>& samples) {
 
 PoseSample Mirrored(const PoseSample& sample) {
   PoseSample mirrored = sample;
-  const Eigen::Vector3f flip(-1, 1, 1);
   for (Points* points : {&mirrored.input.points, &mirrored.input.normals, &mirrored.canonical}) {
     points->col(0) *= -1;
   }
-  for (int j = 0; j < kHumanJoints; ++j) {
-    const int other = MirrorJoint(j);
-    mirrored.weights.col(j) = sample.weights.col(other);
-    mirrored.joints.row(j) = sample.joints.row(other) * flip.asDiagonal();
-    mirrored.bones.row(j) = sample.bones.row(other) * flip.asDiagonal();
-    mirrored.rotations[j] = flip.asDiagonal() * sample.rotations[other] * flip.asDiagonal();
-  }
+  for (int j = 0; j < kHumanJoints; ++j) mirrored.weights.col(j) = sample.weights.col(MirrorJoint(j));
+  mirrored.joints = MirroredJoints(sample.joints);
+  mirrored.bones = MirroredJoints(sample.bones);
+  mirrored.rotations = MirroredRotations(sample.rotations);
   return mirrored;
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "core/skeleton/mirror.h"
 
 namespace stance {
 namespace {
@@ -41,16 +42,16 @@ PoseEstimate EstimateBehindView(PoseEstimate estimate, const PoseView& view) {
   for (Rotation& rotation : estimate.rotations) rotation = back * rotation;
   if (!view.mirrored) return estimate;
 
-  const Eigen::Vector3f flip(-1, 1, 1);
   estimate.canonical.col(0) *= -1;
-  const PoseEstimate seen = estimate;
+  estimate.joints = MirroredJoints(estimate.joints);
+  estimate.bones = MirroredJoints(estimate.bones);
+  estimate.rotations = MirroredRotations(estimate.rotations);
+  const RowMatrix weights = estimate.weights;
+  const Eigen::VectorXf confidence = estimate.confidence;
   for (int j = 0; j < kHumanJoints; ++j) {
     const int other = MirrorJoint(j);
-    estimate.weights.col(j) = seen.weights.col(other);
-    estimate.joints.row(j) = seen.joints.row(other) * flip.asDiagonal();
-    estimate.bones.row(j) = seen.bones.row(other) * flip.asDiagonal();
-    estimate.rotations[j] = flip.asDiagonal() * seen.rotations[other] * flip.asDiagonal();
-    estimate.confidence[j] = seen.confidence[other];
+    estimate.weights.col(j) = weights.col(other);
+    estimate.confidence[j] = confidence[other];
   }
   return estimate;
 }
