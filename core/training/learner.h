@@ -24,9 +24,10 @@ inline constexpr double kMillimetresPerUnit = 1800;
 
 struct TrainingStep {
   torch::Tensor loss;
-  double accuracy = 0;  // fraction of samples with the right joint; 0 where none are learned
-  double joint_mm = 0;  // mean joint error; 0 where none are learned
-  double degrees = 0;   // mean rotation error; 0 where none are learned
+  double accuracy = 0;     // fraction of samples with the right joint; 0 where none are learned
+  double joint_mm = 0;     // mean joint error; 0 where none are learned
+  double degrees = 0;      // mean rotation error; 0 where none are learned
+  double transfer_mm = 0;  // mean error of a transfer to the next character; 0 where none is learned
 };
 
 // Not thread-safe.

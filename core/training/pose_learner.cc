@@ -6,6 +6,7 @@
 #include "core/network/product.h"
 #include "core/training/learner.h"
 #include "core/training/pose_samples.h"
+#include "core/training/transfer_error.h"
 
 namespace stance {
 namespace {
@@ -43,22 +44,28 @@ class PoseLearner : public Learner {
     const auto rotation_loss = 0.5 * rotation_square + (rotation_square + 1e-6).sqrt();
     const auto angles = Angles(out.rotations.detach(), batch.rotations);
     const auto right = (angles < kRightAngle).logical_and(joint_error.detach() < kRightDistance);
+    const auto transfer =
+        TransferErrors(batch.input.points, {torch::softmax(out.logits, 1), out.joints, out.rotations},
+                       {batch.weights, batch.joints, batch.rotations}, batch.input.offsets[0])
+            .mean();
     const auto confidence =
         torch::binary_cross_entropy_with_logits(out.confidence, right.to(torch::kFloat32));
     TrainingStep step;
     step.loss = weights + kCanonical * length(out.canonical - batch.canonical).mean() +
                 kBones * length(out.bones - batch.bones).mean() + kJoints * joint_error.mean() +
-                kRotations * rotation_loss.mean() + kConfidence * confidence;
+                kRotations * rotation_loss.mean() + kTransfer * transfer + kConfidence * confidence;
     step.accuracy =
         (out.logits.argmax(1) == batch.weights.argmax(1)).to(torch::kFloat32).mean().item<double>();
     step.joint_mm = joint_error.mean().item<double>() * kMillimetresPerUnit;
+    step.transfer_mm = transfer.item<double>() * kMillimetresPerUnit;
     step.degrees = angles.mean().item<double>() * 180 / std::numbers::pi;
     return step;
   }
 
  private:
   // The weights of the losses, from the scales on which each is about as hard to lower.
-  static constexpr double kCanonical = 5, kJoints = 10, kBones = 10, kRotations = 0.5, kConfidence = 0.1;
+  static constexpr double kCanonical = 5, kJoints = 10, kBones = 10, kRotations = 0.5, kTransfer = 20,
+                          kConfidence = 0.1;
   // What "right" means to the confidence: 15 degrees, and 3 cm of a 1.7 m character.
   static constexpr double kRightAngle = 15 * std::numbers::pi / 180,
                           kRightDistance = 30 / kMillimetresPerUnit;

@@ -176,6 +176,7 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
     sums.accuracy += step.accuracy;
     sums.joint_mm += step.joint_mm;
     sums.degrees += step.degrees;
+    sums.transfer_mm += step.transfer_mm;
 
     const auto now = SteadyClock::now();
     const double elapsed = Seconds(now - begin).count();
@@ -190,15 +191,18 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
                        sums.accuracy / static_cast<double>(steps),
                        sums.joint_mm / static_cast<double>(steps),
                        sums.degrees / static_cast<double>(steps),
+                       sums.transfer_mm / static_cast<double>(steps),
                        rate};
       const double speed = static_cast<double>(progress.seen - seen_before) / elapsed;
-      report(fmt::format(
-          "{} {}/{}  loss {:.5f}  accuracy {:.4f}  joints {:.1f} mm  rotations {:.1f} deg  lr {:.2e}  "
-          "{:.1f} samples/s  "
-          "ETA {:.0f} min",
-          TrainingStageName(options.stage), progress.seen, options.total_samples, row.loss, row.accuracy,
-          row.joint_mm, row.degrees, rate, speed,
-          static_cast<double>(options.total_samples - progress.seen) / speed / 60));
+      report(
+          fmt::format("{} {}/{}  loss {:.5f}  accuracy {:.4f}  joints {:.1f} mm  rotations {:.1f} deg  "
+                      "transfer {:.1f} mm  "
+                      "lr {:.2e}  "
+                      "{:.1f} samples/s  "
+                      "ETA {:.0f} min",
+                      TrainingStageName(options.stage), progress.seen, options.total_samples, row.loss,
+                      row.accuracy, row.joint_mm, row.degrees, row.transfer_mm, rate, speed,
+                      static_cast<double>(options.total_samples - progress.seen) / speed / 60));
       STANCE_RETURN_IF_ERROR(AppendLog(csv, row));
       sums = {};
       steps = 0;

@@ -4,20 +4,36 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <sstream>
 
 #include "core/base/files.h"
 
 namespace stance {
+namespace {
+
+// The comma-separated numbers of a line; none if something else is in it.
+std::vector<double> Numbers(const std::string& line) {
+  std::vector<double> numbers;
+  const char* at = line.c_str();
+  for (;;) {
+    char* end = nullptr;
+    numbers.push_back(std::strtod(at, &end));
+    if (end == at || (*end != ',' && *end != '\0')) return {};
+    if (*end == '\0') return numbers;
+    at = end + 1;
+  }
+}
+
+}  // namespace
 
 absl::Status AppendLog(const std::filesystem::path& csv, const LogRow& row) {
   const bool fresh = !std::filesystem::exists(csv);
   std::ofstream out(csv, std::ios::app);
-  if (fresh) out << "seen,seconds,loss,accuracy,joint_mm,degrees,learning_rate\n";
-  out << fmt::format("{},{:.1f},{:.6g},{:.5f},{:.3f},{:.3f},{:.3e}\n", row.seen, row.seconds, row.loss,
-                     row.accuracy, row.joint_mm, row.degrees, row.learning_rate);
+  if (fresh) out << "seen,seconds,loss,accuracy,joint_mm,degrees,transfer_mm,learning_rate\n";
+  out << fmt::format("{},{:.1f},{:.6g},{:.5f},{:.3f},{:.3f},{:.3f},{:.3e}\n", row.seen, row.seconds, row.loss,
+                     row.accuracy, row.joint_mm, row.degrees, row.transfer_mm, row.learning_rate);
   out.close();
   if (!out) return absl::UnavailableError(fmt::format("{}: could not append", csv.string()));
   return absl::OkStatus();
@@ -30,19 +46,15 @@ absl::StatusOr<std::vector<LogRow>> ReadLog(const std::filesystem::path& csv) {
   std::getline(lines, line);
   std::vector<LogRow> rows;
   while (std::getline(lines, line)) {
-    LogRow row;
-    // Logs from before rotations were learned have six columns: a stage that has one goes on with it.
-    if (std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf,%lf", &row.seen, &row.seconds, &row.loss,
-                    &row.accuracy, &row.joint_mm, &row.learning_rate, &row.degrees) == 6) {
-      rows.push_back(row);
-      continue;
-    }
-    if (std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf,%lf", &row.seen, &row.seconds, &row.loss,
-                    &row.accuracy, &row.joint_mm, &row.degrees, &row.learning_rate) != 7) {
+    const std::vector<double> v = Numbers(line);
+    // Logs from before rotations, or transfers, were learned have six or seven columns: a stage that has one
+    // goes on with it.
+    if (v.size() < 6 || v.size() > 8) {
       return absl::DataLossError(
           fmt::format("{}: row {} is malformed: '{}'", csv.string(), rows.size() + 2, line));
     }
-    rows.push_back(row);
+    rows.push_back(
+        {v[0], v[1], v[2], v[3], v[4], v.size() > 6 ? v[5] : 0, v.size() > 7 ? v[6] : 0, v.back()});
   }
   return rows;
 }

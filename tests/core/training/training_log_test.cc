@@ -13,29 +13,35 @@ namespace {
 TEST(TrainingLog, RowsAppendedAreRowsRead) {
   const testing::TemporaryFolder folder;
   const auto csv = folder.path() / "log.csv";
-  ASSERT_TRUE(AppendLog(csv, {8, 1.5, 2.25, 0.5, 30, 40, 1e-3}).ok());
-  ASSERT_TRUE(AppendLog(csv, {16, 3, 1.125, 0.75, 20, 25, 5e-4}).ok());
+  ASSERT_TRUE(AppendLog(csv, {8, 1.5, 2.25, 0.5, 30, 40, 50, 1e-3}).ok());
+  ASSERT_TRUE(AppendLog(csv, {16, 3, 1.125, 0.75, 20, 25, 45, 5e-4}).ok());
   const auto rows = ReadLog(csv);
   ASSERT_TRUE(rows.ok()) << rows.status();
   ASSERT_EQ(rows->size(), 2u);
   EXPECT_EQ((*rows)[0].loss, 2.25);
   EXPECT_EQ((*rows)[1].seen, 16);
   EXPECT_EQ((*rows)[1].degrees, 25);
+  EXPECT_EQ((*rows)[1].transfer_mm, 45);
   EXPECT_EQ((*rows)[1].learning_rate, 5e-4);
 }
 
-TEST(TrainingLog, RowsFromBeforeRotationsWereLearnedAreRead) {
+TEST(TrainingLog, RowsFromBeforeRotationsOrTransfersWereLearnedAreRead) {
   const testing::TemporaryFolder folder;
   const auto csv = folder.path() / "log.csv";
-  ASSERT_TRUE(
-      WriteFile(csv, "seen,seconds,loss,accuracy,joint_mm,learning_rate\n8,1.5,2.25,0.5,30,0.001\n").ok());
-  ASSERT_TRUE(AppendLog(csv, {16, 3, 1.125, 0.75, 20, 25, 5e-4}).ok());
+  ASSERT_TRUE(WriteFile(csv,
+                        "seen,seconds,loss,accuracy,joint_mm,learning_rate\n8,1.5,2.25,0.5,30,0.001\n"
+                        "12,2,2,0.6,25,35,0.0007\n")
+                  .ok());
+  ASSERT_TRUE(AppendLog(csv, {16, 3, 1.125, 0.75, 20, 25, 45, 5e-4}).ok());
   const auto rows = ReadLog(csv);
   ASSERT_TRUE(rows.ok()) << rows.status();
-  ASSERT_EQ(rows->size(), 2u);
+  ASSERT_EQ(rows->size(), 3u);
   EXPECT_EQ((*rows)[0].learning_rate, 0.001);
   EXPECT_EQ((*rows)[0].degrees, 0);
-  EXPECT_EQ((*rows)[1].degrees, 25);
+  EXPECT_EQ((*rows)[1].degrees, 35);
+  EXPECT_EQ((*rows)[1].learning_rate, 0.0007);
+  EXPECT_EQ((*rows)[2].degrees, 25);
+  EXPECT_EQ((*rows)[2].transfer_mm, 45);
 }
 
 TEST(TrainingLog, AMalformedRowIsNamed) {
@@ -52,7 +58,7 @@ TEST(TrainingLog, AMalformedRowIsNamed) {
 TEST(LossPlot, HasAPointPerRow) {
   const testing::TemporaryFolder folder;
   std::vector<LogRow> rows;
-  for (int i = 1; i <= 5; ++i) rows.push_back({100.0 * i, 1.0 * i, 3.0 / i, 0, 0, 0, 1e-3});
+  for (int i = 1; i <= 5; ++i) rows.push_back({100.0 * i, 1.0 * i, 3.0 / i, 0, 0, 0, 0, 1e-3});
   const auto svg = folder.path() / "loss.svg";
   ASSERT_TRUE(WriteLossPlot(rows, "title", svg).ok());
   const std::string text = *ReadFile(svg);
