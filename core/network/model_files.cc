@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
@@ -20,18 +21,49 @@ std::string Crc32(std::string_view bytes) {
   return fmt::format("{:08x}", static_cast<uint32_t>(value));
 }
 
+// The object "confidence" of a manifest. A misspelt key would leave the model uncalibrated: an error.
+absl::StatusOr<ConfidenceCalibration> ReadCalibration(const json& object) {
+  if (!object.is_object()) {
+    return absl::InvalidArgumentError(fmt::format("confidence = {} is not an object", object.dump()));
+  }
+  ConfidenceCalibration calibration;
+  for (const auto& [key, value] : object.items()) {
+    if (key != "scale" && key != "bias") {
+      return absl::InvalidArgumentError(fmt::format("confidence.{} is unknown", key));
+    }
+    if (!value.is_number()) {
+      return absl::InvalidArgumentError(fmt::format("confidence.{} = {} is not a number", key, value.dump()));
+    }
+    (key == "scale" ? calibration.scale : calibration.bias) = value.get<double>();
+  }
+  STANCE_RETURN_IF_ERROR(CheckCalibration(calibration));
+  return calibration;
+}
+
 }  // namespace
+
+absl::Status CheckCalibration(const ConfidenceCalibration& calibration) {
+  if (!std::isfinite(calibration.scale) || calibration.scale <= 0) {
+    return absl::InvalidArgumentError(
+        fmt::format("confidence.scale = {} is not a finite number above 0", calibration.scale));
+  }
+  if (!std::isfinite(calibration.bias)) {
+    return absl::InvalidArgumentError(fmt::format("confidence.bias = {} is not finite", calibration.bias));
+  }
+  return absl::OkStatus();
+}
 
 absl::StatusOr<ModelManifest> ReadManifest(const std::filesystem::path& dir) {
   const auto path = dir / kManifestName;
   STANCE_ASSIGN_OR_RETURN(const std::string text, ReadFile(path));
-  const json manifest = json::parse(text, nullptr, /*allow_exceptions=*/false);
   const auto bad = [&](const std::string& why) {
     return absl::InvalidArgumentError(fmt::format("{}: {}", path.string(), why));
   };
-  if (!manifest.is_object()) return bad("not a JSON object");
+  json manifest;
   ModelManifest result;
   try {
+    manifest = json::parse(text);
+    if (!manifest.is_object()) return bad("not a JSON object");
     if (manifest.at("format_version").get<int>() != kFormatVersion) return bad("format_version is not 1");
     if (manifest.at("skeleton").get<std::string>() != "human24") return bad("skeleton is not 'human24'");
     result.name = manifest.at("name").get<std::string>();
@@ -51,6 +83,13 @@ absl::StatusOr<ModelManifest> ReadManifest(const std::filesystem::path& dir) {
   if (result.max_ring < 1 || result.max_ring > 64) return bad(fmt::format("max_ring = {}", result.max_ring));
   if (std::filesystem::path(result.weights).filename() != result.weights)
     return bad("weights is not a file name");
+  if (manifest.contains("confidence")) {
+    if (result.method != kStanceMethod)
+      return bad(fmt::format("confidence: the method '{}' has none", result.method));
+    const auto calibration = ReadCalibration(manifest.at("confidence"));
+    if (!calibration.ok()) return bad(std::string(calibration.status().message()));
+    result.confidence = *calibration;
+  }
   return result;
 }
 
@@ -75,10 +114,13 @@ absl::Status WriteModel(const std::filesystem::path& dir, ModelManifest manifest
   const std::string bytes = SerializeTensors(tensors);
   manifest.crc32 = Crc32(bytes);
   STANCE_RETURN_IF_ERROR(WriteFile(dir / manifest.weights, bytes));
-  const json text = {
+  json text = {
       {"format_version", kFormatVersion}, {"name", manifest.name},       {"version", manifest.version},
       {"method", manifest.method},        {"skeleton", "human24"},       {"samples", manifest.samples},
       {"max_ring", manifest.max_ring},    {"weights", manifest.weights}, {"crc32", manifest.crc32}};
+  if (manifest.confidence != ConfidenceCalibration{}) {
+    text["confidence"] = {{"scale", manifest.confidence.scale}, {"bias", manifest.confidence.bias}};
+  }
   return WriteFile(dir / kManifestName, text.dump(2) + "\n");
 }
 

@@ -13,6 +13,14 @@ namespace stance {
 inline constexpr char kSkeletalMethod[] = "skeletal";
 inline constexpr char kStanceMethod[] = "stance";
 
+// Platt scaling of a model's confidences: p becomes sigmoid(scale logit(p) + bias). What
+// `stance-eval confidence` fits.
+struct ConfidenceCalibration {
+  double scale = 1;  // finite, > 0
+  double bias = 0;   // finite
+  bool operator==(const ConfidenceCalibration&) const = default;
+};
+
 // What models/<name>/manifest.json says.
 struct ModelManifest {
   std::string name;
@@ -22,7 +30,11 @@ struct ModelManifest {
   int max_ring = 12;
   std::string weights = "weights.safetensors";  // file beside the manifest
   std::string crc32;                            // of that file, eight hexadecimal digits
+  ConfidenceCalibration confidence;             // kStanceMethod; may be left out of the file
 };
+
+// INVALID_ARGUMENT, "confidence.scale = -1 ...", for a value out of its range.
+absl::Status CheckCalibration(const ConfidenceCalibration& calibration);
 
 // NOT_FOUND or INVALID_ARGUMENT with the path.
 absl::StatusOr<ModelManifest> ReadManifest(const std::filesystem::path& dir);

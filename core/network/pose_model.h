@@ -13,14 +13,18 @@
 
 namespace stance {
 
+// A joint is right if its rotation is nearer to the truth than the one and its place nearer than the other,
+// on a character of 1.7 m.
+inline constexpr double kRightDegrees = 15;
+inline constexpr double kRightMillimetres = 30;
+
 struct PoseEstimate {
   RowMatrix weights;  // (N, 24) of the samples, rows sum to 1
   Points canonical;   // (N, 3) of the samples, on the neutral body at rest (training/character.h)
   Points joints;      // (24, 3) in the input's unit and frame
   Points bones;       // (24, 3) from the parent to the joint in the rest pose: canonical frame, input's unit
   std::vector<Rotation> rotations;  // (24) global, from the rest pose
-  Eigen::VectorXf confidence;  // (24) probability that a rotation is within 15 degrees and its joint within
-                               // 3 cm of the truth on a character of 1.7 m
+  Eigen::VectorXf confidence;       // (24) probability that a joint is right (above), not calibrated
 };
 
 // Thread-safe: Infer may run on several threads at once.

@@ -2,6 +2,7 @@
 
 #include <numbers>
 
+#include "core/network/pose_model.h"
 #include "core/network/pose_network.h"
 #include "core/network/product.h"
 #include "core/training/learner.h"
@@ -66,9 +67,9 @@ class PoseLearner : public Learner {
   // The weights of the losses, from the scales on which each is about as hard to lower.
   static constexpr double kCanonical = 5, kJoints = 10, kBones = 10, kRotations = 0.5, kTransfer = 20,
                           kConfidence = 0.1;
-  // What "right" means to the confidence: 15 degrees, and 3 cm of a 1.7 m character.
-  static constexpr double kRightAngle = 15 * std::numbers::pi / 180,
-                          kRightDistance = 30 / kMillimetresPerUnit;
+  // What "right" means to the confidence (pose_model.h), radians and normalised.
+  static constexpr double kRightAngle = kRightDegrees * std::numbers::pi / 180,
+                          kRightDistance = kRightMillimetres / kMillimetresPerUnit;
 
   // Early on, features are pooled by the true weights in half of the batches, so that the joints learn from
   // the beginning; less and less often over the first quarter.

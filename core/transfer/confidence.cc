@@ -1,11 +1,23 @@
 #include "core/transfer/confidence.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/check.h"
 #include "core/mesh/measure.h"
 
 namespace stance {
+
+double Logit(double probability) {
+  constexpr double kLeast = 1e-6;
+  const double p = std::clamp(probability, kLeast, 1 - kLeast);
+  return std::log(p / (1 - p));
+}
+
+double CalibratedConfidence(double probability, const ConfidenceCalibration& calibration) {
+  if (calibration == ConfidenceCalibration{}) return probability;
+  return 1 / (1 + std::exp(-(calibration.scale * Logit(probability) + calibration.bias)));
+}
 
 Eigen::VectorXf JointShares(const Points& positions, const Faces& faces, const RowMatrix& weights) {
   STANCE_CHECK(weights.rows() == positions.rows());

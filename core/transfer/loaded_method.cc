@@ -22,7 +22,8 @@ namespace {
 template <typename Model>
 ModelInfo InfoOf(Method method, const Model& model) {
   const ModelManifest& manifest = model.manifest();
-  return {manifest.name, manifest.version, method, kHumanJoints, model.parameter_count(), manifest.samples};
+  return {manifest.name,    manifest.version,   method, kHumanJoints, model.parameter_count(),
+          manifest.samples, manifest.confidence};
 }
 
 class SkeletalMethod : public LoadedMethod {

@@ -10,6 +10,7 @@
 
 #include "core/base/status.h"
 #include "core/mesh/triangle_mesh.h"
+#include "core/network/model_manifest.h"
 #include "core/transfer/options.h"
 #include "core/transfer/parts.h"
 
@@ -61,7 +62,8 @@ struct ModelInfo {
   Method method = Method::kSkeletal;
   int joint_count = 0;
   int64_t parameter_count = 0;
-  int64_t sample_count = 0;  // surface samples the networks see
+  int64_t sample_count = 0;          // surface samples the networks see
+  ConfidenceCalibration confidence;  // which its confidences have been through
 };
 
 // Loads once, transfers many; serves one model of each method, chosen per job. Thread-safe: const calls may

@@ -5,6 +5,7 @@
 #include "core/base/stopwatch.h"
 #include "core/base/threads.h"
 #include "core/mesh/resample.h"
+#include "core/transfer/confidence.h"
 #include "core/transfer/pose_views.h"
 
 namespace stance {
@@ -37,7 +38,10 @@ absl::StatusOr<std::vector<Rig>> PoseRigger::RigMeshes(std::span<const TriangleM
     rig.joints = std::move(estimates[i].joints);
     rig.bones = std::move(estimates[i].bones);
     rig.rotations = std::move(estimates[i].rotations);
-    rig.confidence = std::move(estimates[i].confidence);
+    // Calibrated behind the mean over the views, because that is what the calibration is fitted to.
+    rig.confidence = estimates[i].confidence.unaryExpr([this](float p) {
+      return static_cast<float>(CalibratedConfidence(p, model_.manifest().confidence));
+    });
     rig.weights.resize(meshes[i]->vertex_count(), kHumanJoints);
     for (int64_t v = 0; v < rig.weights.rows(); ++v) {
       rig.weights.row(v) = estimates[i].weights.row(samples[i].cell[v]);

@@ -9,7 +9,7 @@ namespace stance {
 // Samples each mesh evenly and lets the network weigh the samples and find the joints and their rotations
 // from the rest pose, as the mean of what it finds in several views of the mesh (pose_views.h). A vertex has
 // the weights of the sample whose geodesic Voronoi cell it lies in; ScreenedSmoother makes smooth ones of
-// what Rig::sampled keeps.
+// what Rig::sampled keeps. Confidences are calibrated as the model's manifest says.
 class PoseRigger : public Rigger {
  public:
   static constexpr int kViews = 8;

@@ -23,6 +23,30 @@ Eigen::VectorXf RandomConfidence(uint64_t seed) {
   return confidence;
 }
 
+TEST(CalibratedConfidence, TheDefaultChangesNothing) {
+  for (const double p : {0.0, 1e-9, 0.3, 0.5, 1.0}) EXPECT_EQ(CalibratedConfidence(p, {}), p);
+}
+
+TEST(CalibratedConfidence, IsAffineInTheLogit) {
+  const ConfidenceCalibration calibration{.scale = 0.7, .bias = -0.4};
+  for (const double p : {0.01, 0.3, 0.5, 0.95}) {
+    EXPECT_NEAR(Logit(CalibratedConfidence(p, calibration)), 0.7 * Logit(p) - 0.4, 1e-9);
+  }
+}
+
+TEST(CalibratedConfidence, KeepsTheOrderAndStaysAProbability) {
+  for (const ConfidenceCalibration& calibration :
+       {ConfidenceCalibration{0.1, 3}, {5, -2}, {1e300, 1e300}, {1e-300, -1e300}}) {
+    double last = 0;
+    for (int i = 0; i <= 100; ++i) {
+      const double p = CalibratedConfidence(i / 100.0, calibration);
+      EXPECT_GE(p, last);
+      EXPECT_LE(p, 1);
+      last = p;
+    }
+  }
+}
+
 TEST(JointShares, SumToOne) {
   const TriangleMesh mesh = testing::Capsule();
   const Eigen::VectorXf shares =

@@ -3,6 +3,8 @@
 
 #include <Eigen/Geometry>
 
+#include "core/network/pose_model.h"
+#include "core/transfer/confidence.h"
 #include "core/transfer/pipeline.h"
 #include "tests/support/meshes.h"
 #include "tests/support/untrained_model.h"
@@ -82,6 +84,28 @@ TEST_F(StancePipelineTest, WeightsConfidencesAndRotationsAreProper) {
       }
     }
   }
+}
+
+// The calibration of the manifest acts on the mean over the views, and on nothing but the confidences.
+TEST_F(StancePipelineTest, ConfidencesAreCalibratedAsTheManifestSays) {
+  const ConfidenceCalibration calibration{.scale = 0.5, .bias = 1.25};
+  const std::filesystem::path dir = std::filesystem::path(::testing::TempDir()) / "stance_calibrated";
+  ModelManifest manifest;
+  manifest.samples = 256;
+  manifest.confidence = calibration;
+  ASSERT_TRUE(PoseModel::WriteUntrained(dir, 2, manifest).ok());
+  const auto calibrated = Pipeline::Load(dir, {.threads = 2});
+  ASSERT_TRUE(calibrated.ok()) << calibrated.status();
+  EXPECT_EQ((*calibrated)->models()[0].confidence, calibration);
+  EXPECT_EQ(pipeline_->models()[0].confidence, ConfidenceCalibration());
+  const auto plain = pipeline_->RigMesh(Lopsided(), Options()),
+             rig = (*calibrated)->RigMesh(Lopsided(), Options());
+  ASSERT_TRUE(plain.ok() && rig.ok());
+  EXPECT_LT((rig->rig.joints - plain->rig.joints).cwiseAbs().maxCoeff(), 1e-5f);
+  for (int j = 0; j < kHumanJoints; ++j) {
+    EXPECT_NEAR(rig->rig.confidence[j], CalibratedConfidence(plain->rig.confidence[j], calibration), 1e-5);
+  }
+  std::filesystem::remove_all(dir);
 }
 
 TEST_F(StancePipelineTest, ABatchGivesWhatEachPairGivesAlone) {
