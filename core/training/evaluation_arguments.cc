@@ -94,6 +94,18 @@ void AddCharacterOptions(CLI::App& command, EvaluationArguments& arguments, Word
                    "Characters keep facing +z");
 }
 
+absl::Status CheckConfidence(const EvaluationArguments& arguments) {
+  if (arguments.transfer.method != Method::kStance) {
+    return absl::InvalidArgumentError(
+        fmt::format("--method: '{}' does not know its confidence", MethodName(*arguments.transfer.method)));
+  }
+  if (arguments.pairs < 2) {
+    return absl::InvalidArgumentError(
+        fmt::format("--pairs: {} leaves no pair to check the calibration on", arguments.pairs));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 std::optional<int> ParseEvaluationArguments(int argc, const char* const* argv,
@@ -139,6 +151,22 @@ std::optional<int> ParseEvaluationArguments(int argc, const char* const* argv,
   render->add_flag("--skeletons", arguments.skeletons, "Draw the predicted skeletons");
   render->add_flag("--weights", arguments.weights, "Colour by the predicted weights");
 
+  CLI::App* bones = app.add_subcommand("bones", "Steadiness of bone lengths over an identity's poses");
+  CLI::App* confidence =
+      app.add_subcommand("confidence", "What a method's confidence is worth, and its calibration");
+  for (CLI::App* command : {bones, confidence}) {
+    AddModelOptions(*command, arguments, words);
+    AddCharacterOptions(*command, arguments, words);
+    command->add_option("-o,--out", arguments.out, "Folder for the tables as markdown and CSV");
+  }
+  bones->remove_option(bones->get_option("--pairs"));
+  bones->add_option("--identities", arguments.identities, "Identities of each pose mix")
+      ->check(CLI::Range(1, 100'000))
+      ->capture_default_str();
+  bones->add_option("--poses-each", arguments.poses_each, "Poses of each identity")
+      ->check(CLI::Range(2, 100'000))
+      ->capture_default_str();
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -154,10 +182,18 @@ std::optional<int> ParseEvaluationArguments(int argc, const char* const* argv,
     fmt::print(stderr, "stance-eval: {}\n", std::string(status.message()));
     return 2;
   }
-  arguments.command = *pairs    ? EvaluationCommand::kPairs
-                      : *stages ? EvaluationCommand::kStages
-                      : *files  ? EvaluationCommand::kFiles
-                                : EvaluationCommand::kRender;
+  if (*confidence) {
+    if (const absl::Status status = CheckConfidence(arguments); !status.ok()) {
+      fmt::print(stderr, "stance-eval: {}\n", std::string(status.message()));
+      return 2;
+    }
+  }
+  arguments.command = *pairs        ? EvaluationCommand::kPairs
+                      : *stages     ? EvaluationCommand::kStages
+                      : *files      ? EvaluationCommand::kFiles
+                      : *bones      ? EvaluationCommand::kBones
+                      : *confidence ? EvaluationCommand::kConfidence
+                                    : EvaluationCommand::kRender;
   return std::nullopt;
 }
 

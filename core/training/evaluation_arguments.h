@@ -12,7 +12,7 @@
 
 namespace stance {
 
-enum class EvaluationCommand { kPairs, kStages, kFiles, kRender };
+enum class EvaluationCommand { kPairs, kStages, kFiles, kRender, kBones, kConfidence };
 
 struct EvaluationArguments {
   EvaluationCommand command = EvaluationCommand::kPairs;

@@ -9,6 +9,7 @@
 
 #include "core/base/check.h"
 #include "core/base/threads.h"
+#include "core/training/evaluation_bones.h"
 
 namespace stance {
 namespace {
@@ -35,40 +36,6 @@ absl::StatusOr<std::array<Rig, 2>> RigidAndSmooth(const Pipeline& pipeline, cons
 void Accumulate(WeightErrors& mean, const WeightErrors& one, double count) {
   mean.accuracy += one.accuracy / count;
   mean.l1 += one.l1 / count;
-}
-
-// Paper A's table 1, the mean over identities.
-BoneLengthDeviation EvaluateBones(const CharacterGenerator& generator, const Pipeline& pipeline,
-                                  const StageEvaluationOptions& options, std::vector<std::string>& failures) {
-  const auto identities = static_cast<size_t>(std::max(0, options.identities));
-  std::vector<BoneLengthDeviation> deviations(identities);
-  std::vector<std::vector<std::string>> failures_of(identities);
-  ParallelFor(options.identities, options.threads, 1, [&](int64_t begin, int64_t end) {
-    for (int64_t identity = begin; identity < end; ++identity) {
-      std::vector<Points> joints;
-      for (const Character& character :
-           generator.MakePoses(options.seed, identity, options.poses_each, options.character)) {
-        const absl::StatusOr<RigResult> rig = pipeline.RigMesh(character.mesh, options.transfer);
-        if (rig.ok()) {
-          joints.push_back(NormalisedJoints(rig->rig.joints, character.stature));
-        } else {
-          failures_of[static_cast<size_t>(identity)].push_back(
-              fmt::format("identity {}: {}", identity, rig.status().ToString()));
-        }
-      }
-      deviations[static_cast<size_t>(identity)] = CompareBoneLengths(joints, pipeline.skeleton().parents());
-    }
-  });
-  for (const std::vector<std::string>& some : failures_of) {
-    failures.insert(failures.end(), some.begin(), some.end());
-  }
-  BoneLengthDeviation mean;
-  for (const BoneLengthDeviation& one : deviations) {
-    mean.mean_length += one.mean_length / static_cast<double>(deviations.size());
-    mean.max_deviation += one.max_deviation / static_cast<double>(deviations.size());
-    mean.mean_deviation += one.mean_deviation / static_cast<double>(deviations.size());
-  }
-  return mean;
 }
 
 }  // namespace
@@ -133,7 +100,15 @@ StageErrors EvaluateStages(const CharacterGenerator& generator, const Pipeline& 
   }
   errors.mean_joint_mm = std::accumulate(errors.joint_mm.begin(), errors.joint_mm.end(), 0.0) /
                          static_cast<double>(errors.joint_mm.size());
-  errors.bones = EvaluateBones(generator, pipeline, options, errors.failures);
+  const BoneEvaluation bones = EvaluateBones(generator, pipeline,
+                                             {.seed = options.seed,
+                                              .identities = options.identities,
+                                              .poses_each = options.poses_each,
+                                              .character = options.character,
+                                              .transfer = options.transfer,
+                                              .threads = options.threads});
+  errors.failures.insert(errors.failures.end(), bones.failures.begin(), bones.failures.end());
+  errors.bones = bones.table;
   return errors;
 }
 

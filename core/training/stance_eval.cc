@@ -7,7 +7,10 @@
 
 #include "core/base/files.h"
 #include "core/mesh/mesh_io.h"
+#include "core/training/confidence_report.h"
 #include "core/training/evaluation_arguments.h"
+#include "core/training/evaluation_bones.h"
+#include "core/training/evaluation_confidence.h"
 #include "core/training/evaluation_files.h"
 #include "core/training/evaluation_pairs.h"
 #include "core/training/evaluation_pictures.h"
@@ -38,10 +41,20 @@ absl::Status MakeFolder(const std::filesystem::path& folder) {
   return absl::UnavailableError(fmt::format("{}: {}", folder.string(), error.message()));
 }
 
+// The model that the method in `arguments` runs on.
+absl::StatusOr<ModelInfo> ChosenModel(const EvaluationArguments& arguments, const Pipeline& pipeline) {
+  const Method method = arguments.transfer.method.value_or(pipeline.models().front().method);
+  for (const ModelInfo& model : pipeline.models()) {
+    if (model.method == method) return model;
+  }
+  return absl::InvalidArgumentError(
+      fmt::format("--method: '{}' has no model in --model {}", MethodName(method), arguments.model.string()));
+}
+
 // What a table's reader must know of how it came to be.
 std::string Heading(const EvaluationArguments& arguments, const Pipeline& pipeline,
                     const std::string& title) {
-  const ModelInfo& model = pipeline.models().front();
+  const ModelInfo model = ChosenModel(arguments, pipeline).value_or(pipeline.models().front());
   return fmt::format(
       "# {}\n\nModel {} version {}, {} parameters, {}. Made by\n\n    {}\n\n", title, model.name,
       model.version, model.parameter_count,
@@ -129,6 +142,54 @@ absl::Status EvaluateFileList(const EvaluationArguments& arguments) {
                      RowsCsv(rows));
 }
 
+absl::Status EvaluateBoneLengths(const EvaluationArguments& arguments) {
+  STANCE_ASSIGN_OR_RETURN(const auto generator, OpenGenerator(arguments));
+  STANCE_ASSIGN_OR_RETURN(const auto pipeline, OpenPipeline(arguments));
+  STANCE_ASSIGN_OR_RETURN(const ModelInfo model, ChosenModel(arguments, *pipeline));
+  std::string table = BonesHeader(), details, csv;
+  for (const PoseMix mix : arguments.poses) {
+    BoneEvaluationOptions options{.seed = arguments.seed,
+                                  .identities = arguments.identities,
+                                  .poses_each = arguments.poses_each,
+                                  .character = arguments.characters,
+                                  .transfer = arguments.transfer,
+                                  .threads = arguments.threads};
+    options.character.poses = mix;
+    const BoneEvaluation bones =
+        EvaluateBones(*generator, *pipeline, options, Progress(arguments.identities));
+    table += BonesRow(fmt::format("{} {}, {} poses", model.name, model.version, PoseMixName(mix)), bones);
+    details +=
+        fmt::format("\n## {} poses\n\n{}", PoseMixName(mix), BonesMarkdown(bones, pipeline->skeleton()));
+    csv += BonesCsv(MethodName(model.method), PoseMixName(mix), bones, pipeline->skeleton());
+  }
+  return WriteTables(
+      arguments, "bones",
+      Heading(arguments, *pipeline, "Bone lengths over the poses of test identities") + table + details,
+      "method,poses,bone,length_mm,true_mm,deviation_mm,variation,error_mm\n" + csv);
+}
+
+absl::Status EvaluateConfidence(const EvaluationArguments& arguments) {
+  STANCE_ASSIGN_OR_RETURN(const auto generator, OpenGenerator(arguments));
+  STANCE_ASSIGN_OR_RETURN(const auto pipeline, OpenPipeline(arguments));
+  STANCE_ASSIGN_OR_RETURN(const ModelInfo model, ChosenModel(arguments, *pipeline));
+  const ConfidenceEvaluationOptions options{.seed = arguments.seed,
+                                            .pairs = arguments.pairs,
+                                            .poses = arguments.poses,
+                                            .characters = arguments.characters,
+                                            .transfer = arguments.transfer,
+                                            .threads = arguments.threads};
+  const int pairs = arguments.pairs * static_cast<int>(arguments.poses.size());
+  STANCE_ASSIGN_OR_RETURN(auto observations,
+                          ObserveConfidence(*generator, *pipeline, options, Progress(pairs)));
+  const ConfidenceReport report = AnalyseConfidence(std::move(observations), model.confidence);
+  STANCE_RETURN_IF_ERROR(
+      WriteTables(arguments, "confidence",
+                  Heading(arguments, *pipeline, "Confidence of test transfers") + ConfidenceMarkdown(report),
+                  ConfidenceCsv(report)));
+  if (arguments.out.empty()) return absl::OkStatus();
+  return WriteFile(arguments.out / "confidence.svg", ConfidencePlot(report));
+}
+
 PictureOptions Pictures(const EvaluationArguments& arguments) {
   PictureOptions options{.skeletons = arguments.skeletons,
                          .weights = arguments.weights,
@@ -204,6 +265,12 @@ int Main(int argc, char** argv) {
       break;
     case EvaluationCommand::kRender:
       status = Render(arguments);
+      break;
+    case EvaluationCommand::kBones:
+      status = EvaluateBoneLengths(arguments);
+      break;
+    case EvaluationCommand::kConfidence:
+      status = EvaluateConfidence(arguments);
       break;
   }
   if (status.ok()) return 0;

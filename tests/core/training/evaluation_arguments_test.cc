@@ -78,6 +78,48 @@ TEST(ParseEvaluationArguments, FilesAndRender) {
   EXPECT_THAT(chosen.arguments.indices, ElementsAre(3, 5));
 }
 
+TEST(ParseEvaluationArguments, Bones) {
+  const auto [exit_code, arguments] =
+      Parse({"bones", "--model", "m", "--data", "p", "--identities", "3", "--poses-each", "4"});
+  ASSERT_EQ(exit_code, std::nullopt);
+  EXPECT_EQ(arguments.command, EvaluationCommand::kBones);
+  EXPECT_EQ(arguments.identities, 3);
+  EXPECT_EQ(arguments.poses_each, 4);
+  EXPECT_EQ(arguments.characters.split, Split::kTest);
+}
+
+TEST(ParseEvaluationArguments, Confidence) {
+  const auto [exit_code, arguments] =
+      Parse({"confidence", "--model", "m", "--method", "stance", "--pairs", "2", "--rigged-share", "0.25"});
+  ASSERT_EQ(exit_code, std::nullopt);
+  EXPECT_EQ(arguments.command, EvaluationCommand::kConfidence);
+  EXPECT_EQ(arguments.pairs, 2);
+  EXPECT_EQ(arguments.characters.rigged_share, 0.25);
+}
+
+// The error's text of a command line that means nothing.
+std::string ErrorOf(std::vector<const char*> words) {
+  ::testing::internal::CaptureStderr();
+  const std::optional<int> exit_code = Parse(std::move(words)).exit_code;
+  const std::string text = ::testing::internal::GetCapturedStderr();
+  EXPECT_EQ(exit_code, 2) << text;
+  return text;
+}
+
+TEST(ParseEvaluationArguments, ErrorsNameOptionAndValue) {
+  const auto names = [](const char* option, const char* value) {
+    return ::testing::AllOf(::testing::HasSubstr(option), ::testing::HasSubstr(value));
+  };
+  EXPECT_THAT(ErrorOf({"bones", "--model", "m", "--identities", "0"}), names("--identities", "0"));
+  EXPECT_THAT(ErrorOf({"bones", "--model", "m", "--poses-each", "1"}), names("--poses-each", "1"));
+  EXPECT_THAT(ErrorOf({"bones", "--model", "m", "--pairs", "7"}), names("--pairs", "7"));
+  EXPECT_THAT(ErrorOf({"confidence", "--model", "m"}), names("--method", "'skeletal'"));
+  EXPECT_THAT(ErrorOf({"confidence", "--model", "m", "--method", "stance", "--pairs", "1"}),
+              names("--pairs", "1"));
+  EXPECT_THAT(ErrorOf({"confidence", "--model", "m", "--method", "stance", "--rigged-share", "2"}),
+              names("--rigged-share", "2"));
+}
+
 TEST(ParseEvaluationArguments, HelpEndsWell) { EXPECT_EQ(Parse({"--help"}).exit_code, 0); }
 
 TEST(ParseEvaluationArguments, WhatMeansNothingEndsWithTwo) {
