@@ -18,17 +18,6 @@ double Mean(const std::vector<const EvaluationRow*>& rows, Value value) {
   return rows.empty() ? 0 : sum / static_cast<double>(rows.size());
 }
 
-// A CSV field: quoted where it must be (RFC 4180).
-std::string CsvField(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += '"';
-    quoted += c;
-  }
-  return quoted + '"';
-}
-
 std::string SummaryLine(const std::string& method, const std::vector<EvaluationRow>& rows) {
   std::vector<const EvaluationRow*> done;
   std::vector<double> pmd;
@@ -65,6 +54,16 @@ std::string SummaryLine(const std::string& method, const std::vector<EvaluationR
 }
 
 }  // namespace
+
+std::string CsvField(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + '"';
+}
 
 double Quantile(std::vector<double> values, double q) {
   if (values.empty()) return 0;

@@ -45,6 +45,9 @@ std::string SummaryMarkdown(const std::vector<EvaluationRow>& rows);
 // One line per row after a header; SI units except where a column's name says otherwise.
 std::string RowsCsv(const std::vector<EvaluationRow>& rows);
 
+// The text as a field of a CSV file: quoted where it must be (RFC 4180).
+std::string CsvField(const std::string& text);
+
 // The q-quantile (0..1) of values, interpolated linearly; 0 for none.
 double Quantile(std::vector<double> values, double q);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 
 #include "core/base/threads.h"
@@ -14,12 +15,30 @@ namespace {
 struct Words {
   std::string method = "skeletal", poses = "both", twist = "paper", smoothing = "metric";
   std::string source_up = "y", reference_up = "y";
+  std::vector<std::string> curves = {};  // none: all
 };
 
 std::vector<PoseMix> PoseMixes(const std::string& name) {
   if (name == "moderate") return {PoseMix::kModerate};
   if (name == "hard") return {PoseMix::kHard};
   return {PoseMix::kModerate, PoseMix::kHard};
+}
+
+std::vector<std::string> CurveNames() {
+  std::vector<std::string> names;
+  for (const Curve& curve : AllCurves()) names.push_back(curve.name);
+  return names;
+}
+
+// In the order of AllCurves(), each once.
+std::vector<Curve> CurvesNamed(const std::vector<std::string>& names) {
+  std::vector<Curve> curves;
+  for (const Curve& curve : AllCurves()) {
+    if (names.empty() || std::find(names.begin(), names.end(), curve.name) != names.end()) {
+      curves.push_back(curve);
+    }
+  }
+  return curves;
 }
 
 UpAxis UpAxisFromName(const std::string& name) {
@@ -36,6 +55,7 @@ absl::Status Interpret(const Words& words, EvaluationArguments& arguments) {
   transfer.source_up = UpAxisFromName(words.source_up);
   transfer.reference_up = UpAxisFromName(words.reference_up);
   arguments.poses = PoseMixes(words.poses);
+  arguments.curves = CurvesNamed(words.curves);
   return absl::OkStatus();
 }
 
@@ -70,21 +90,14 @@ void AddUpAxisOptions(CLI::App& command, Words& words) {
   }
 }
 
-void AddCharacterOptions(CLI::App& command, EvaluationArguments& arguments, Words& words) {
+void AddDataOptions(CLI::App& command, EvaluationArguments& arguments, int& pairs) {
   command.add_option("--data", arguments.data, "Pack written by 'stance-train pack'");
   command.add_option("--mpfb", arguments.mpfb, "In place of a pack: folder with MPFB's data");
   command.add_option("--bvh", arguments.bvh, "In place of a pack: folder with BVH clips");
-  command.add_option("--pairs", arguments.pairs, "Pairs (or characters) of each pose mix")
+  command.add_option("--pairs", pairs, "Pairs (or characters) of each pose mix")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
   command.add_option("--seed", arguments.seed, "Seed of the test characters")->capture_default_str();
-  command.add_option("--poses", words.poses, "Pose mix")
-      ->check(CLI::IsMember({"moderate", "hard", "both"}))
-      ->capture_default_str();
-  command.add_option("--vertices", arguments.characters.vertices, "About so many vertices; 0: the full body")
-      ->capture_default_str();
-  command.add_option("--noise", arguments.characters.noise, "Noise along normals, metres")
-      ->capture_default_str();
   command
       .add_option("--rigged-share", arguments.characters.rigged_share,
                   "Share of held-out rigged characters; 1: no others")
@@ -92,6 +105,17 @@ void AddCharacterOptions(CLI::App& command, EvaluationArguments& arguments, Word
       ->capture_default_str();
   command.add_flag("!--no-global-rotation", arguments.characters.global_rotation,
                    "Characters keep facing +z");
+}
+
+void AddCharacterOptions(CLI::App& command, EvaluationArguments& arguments, Words& words) {
+  AddDataOptions(command, arguments, arguments.pairs);
+  command.add_option("--poses", words.poses, "Pose mix")
+      ->check(CLI::IsMember({"moderate", "hard", "both"}))
+      ->capture_default_str();
+  command.add_option("--vertices", arguments.characters.vertices, "About so many vertices; 0: the full body")
+      ->capture_default_str();
+  command.add_option("--noise", arguments.characters.noise, "Noise along normals, metres")
+      ->capture_default_str();
 }
 
 absl::Status CheckConfidence(const EvaluationArguments& arguments) {
@@ -116,20 +140,29 @@ std::optional<int> ParseEvaluationArguments(int argc, const char* const* argv,
         i == 0 ? std::filesystem::path(argv[0]).filename().string() : fmt::format(" {}", argv[i]);
   }
   Words words;
+  Words curve_words{.method = "stance", .poses = "moderate"};
+  int curve_pairs = 20;
   CLI::App app("Measures pose transfer on pairs with known answers.", "stance-eval");
   app.require_subcommand(1);
 
   CLI::App* pairs = app.add_subcommand("pairs", "Errors of transfers between generated test characters");
   CLI::App* stages =
       app.add_subcommand("stages", "Errors of weights and joints on generated test characters");
+  CLI::App* curves =
+      app.add_subcommand("curves", "Errors of transfers between ever more disturbed test characters");
   CLI::App* files = app.add_subcommand("files", "Errors of transfers between meshes in files");
   CLI::App* render = app.add_subcommand("render", "Pictures of transfers");
   for (CLI::App* command : {pairs, stages, files, render}) AddModelOptions(*command, arguments, words);
+  AddModelOptions(*curves, arguments, curve_words);
   for (CLI::App* command : {pairs, stages, render}) AddCharacterOptions(*command, arguments, words);
+  AddDataOptions(*curves, arguments, curve_pairs);
   for (CLI::App* command : {files, render}) AddUpAxisOptions(*command, words);
   for (CLI::App* command : {pairs, stages, files}) {
     command->add_option("-o,--out", arguments.out, "Folder for the tables as markdown and CSV");
   }
+  curves->add_option("-o,--out", arguments.out, "Folder for the table as markdown and CSV, and its plot");
+  curves->add_option("--curve", curve_words.curves, "Only this disturbance; may be repeated")
+      ->check(CLI::IsMember(CurveNames()));
   pairs->add_flag("--no-parts", arguments.no_parts, "Leave out the compositions with parts of the truth");
   stages->add_option("--identities", arguments.identities, "Identities for the bone lengths")
       ->check(CLI::Range(0, 100'000))
@@ -178,7 +211,7 @@ std::optional<int> ParseEvaluationArguments(int argc, const char* const* argv,
                arguments.files.back().string());
     return 2;
   }
-  if (const absl::Status status = Interpret(words, arguments); !status.ok()) {
+  if (const absl::Status status = Interpret(*curves ? curve_words : words, arguments); !status.ok()) {
     fmt::print(stderr, "stance-eval: {}\n", std::string(status.message()));
     return 2;
   }
@@ -188,12 +221,17 @@ std::optional<int> ParseEvaluationArguments(int argc, const char* const* argv,
       return 2;
     }
   }
-  arguments.command = *pairs        ? EvaluationCommand::kPairs
-                      : *stages     ? EvaluationCommand::kStages
-                      : *files      ? EvaluationCommand::kFiles
-                      : *bones      ? EvaluationCommand::kBones
-                      : *confidence ? EvaluationCommand::kConfidence
-                                    : EvaluationCommand::kRender;
+  if (*curves) arguments.pairs = curve_pairs;
+  for (const auto& [command, value] : std::initializer_list<std::pair<CLI::App*, EvaluationCommand>>{
+           {pairs, EvaluationCommand::kPairs},
+           {stages, EvaluationCommand::kStages},
+           {curves, EvaluationCommand::kCurves},
+           {files, EvaluationCommand::kFiles},
+           {render, EvaluationCommand::kRender},
+           {bones, EvaluationCommand::kBones},
+           {confidence, EvaluationCommand::kConfidence}}) {
+    if (*command) arguments.command = value;
+  }
   return std::nullopt;
 }
 

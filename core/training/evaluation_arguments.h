@@ -8,11 +8,12 @@
 #include <vector>
 
 #include "core/training/character_generator.h"
+#include "core/training/evaluation_curves.h"
 #include "core/transfer/pipeline.h"
 
 namespace stance {
 
-enum class EvaluationCommand { kPairs, kStages, kFiles, kRender, kBones, kConfidence };
+enum class EvaluationCommand { kPairs, kStages, kCurves, kFiles, kRender, kBones, kConfidence };
 
 struct EvaluationArguments {
   EvaluationCommand command = EvaluationCommand::kPairs;
@@ -25,6 +26,7 @@ struct EvaluationArguments {
   std::vector<std::filesystem::path> files;  // kRender: source, reference, ...; empty: test pairs
   std::vector<int> indices;                  // kRender: only these pairs; empty: every `every`-th
   std::vector<PoseMix> poses;
+  std::vector<Curve> curves;  // kCurves
   int pairs = 100;
   int every = 1;
   int identities = 10;

@@ -12,15 +12,6 @@
 namespace stance {
 namespace {
 
-// The rotation that takes each joint of the source's pose to the reference's: R_ref R_src^T.
-std::vector<Rotation> TrueRotations(const TransferPair& pair) {
-  std::vector<Rotation> rotations(pair.source.rotations.size());
-  for (size_t j = 0; j < rotations.size(); ++j) {
-    rotations[j] = pair.reference.rotations[j] * pair.source.rotations[j].transpose();
-  }
-  return rotations;
-}
-
 Points DeformSource(const TransferPair& pair, const Points& joints, const RowMatrix& weights,
                     const std::vector<Rotation>& rotations) {
   return LinearBlendSkinning().Deform(pair.source.mesh.positions, weights,
@@ -39,6 +30,14 @@ std::string PoseMixName(PoseMix mix) {
       return "training";
   }
   STANCE_CHECK(false);
+}
+
+std::vector<Rotation> TrueRotations(const TransferPair& pair) {
+  std::vector<Rotation> rotations(pair.source.rotations.size());
+  for (size_t j = 0; j < rotations.size(); ++j) {
+    rotations[j] = pair.reference.rotations[j] * pair.source.rotations[j].transpose();
+  }
+  return rotations;
 }
 
 std::vector<Candidate> ComposeParts(const TransferPair& pair, const TransferResult* method) {

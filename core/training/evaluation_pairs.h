@@ -25,6 +25,9 @@ struct PairEvaluationOptions {
 // "moderate", "hard" or "training".
 std::string PoseMixName(PoseMix mix);
 
+// (24) the rotation that takes each joint of the source's pose to the reference's: R_ref R_src^T.
+std::vector<Rotation> TrueRotations(const TransferPair& pair);
+
 // What the transfer could reach with parts of the truth in place of the method's own; they tell which part an
 // error comes from. All but the first deform the source by linear blend skinning:
 //  - the source left as it is (its pelvis is where the truth's is);

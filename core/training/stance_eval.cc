@@ -11,6 +11,8 @@
 #include "core/training/evaluation_arguments.h"
 #include "core/training/evaluation_bones.h"
 #include "core/training/evaluation_confidence.h"
+#include "core/training/evaluation_curve_plot.h"
+#include "core/training/evaluation_curves.h"
 #include "core/training/evaluation_files.h"
 #include "core/training/evaluation_pairs.h"
 #include "core/training/evaluation_pictures.h"
@@ -125,6 +127,31 @@ absl::Status EvaluateStages(const EvaluationArguments& arguments) {
     csv += StagesCsv(errors, pipeline->skeleton(), PoseMixName(mix));
   }
   return WriteTables(arguments, "stages", markdown, "poses,quantity,value\n" + csv);
+}
+
+absl::Status EvaluateCurves(const EvaluationArguments& arguments) {
+  STANCE_ASSIGN_OR_RETURN(const auto generator, OpenGenerator(arguments));
+  STANCE_ASSIGN_OR_RETURN(const auto pipeline, OpenPipeline(arguments));
+  CurveEvaluationOptions options{.seed = arguments.seed,
+                                 .pairs = arguments.pairs,
+                                 .curves = arguments.curves,
+                                 .characters = arguments.characters,
+                                 .transfer = arguments.transfer,
+                                 .threads = arguments.threads};
+  options.characters.poses = PoseMix::kModerate;
+  int levels = 0;
+  for (const Curve& curve : options.curves) levels += static_cast<int>(curve.levels.size());
+  const std::vector<CurveRow> rows =
+      stance::EvaluateCurves(*generator, *pipeline, options, Progress(levels * options.pairs));
+  STANCE_RETURN_IF_ERROR(WriteTables(
+      arguments, "curves",
+      Heading(arguments, *pipeline, "Transfer of disturbed test pairs") +
+          "Identities and poses that training never saw, source and reference both disturbed; the source's "
+          "stature scaled to 1.7 m; nothing centred.\n\n" +
+          CurvesMarkdown(options.curves, rows),
+      CurvesCsv(rows)));
+  if (arguments.out.empty()) return absl::OkStatus();
+  return WriteFile(arguments.out / "curves.svg", CurvesSvg("Mean vertex error, mm", options.curves, rows));
 }
 
 absl::Status EvaluateFileList(const EvaluationArguments& arguments) {
@@ -259,6 +286,9 @@ int Main(int argc, char** argv) {
       break;
     case EvaluationCommand::kStages:
       status = EvaluateStages(arguments);
+      break;
+    case EvaluationCommand::kCurves:
+      status = EvaluateCurves(arguments);
       break;
     case EvaluationCommand::kFiles:
       status = EvaluateFileList(arguments);

@@ -6,7 +6,9 @@
 namespace stance {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 struct Outcome {
   std::optional<int> exit_code;
@@ -57,6 +59,39 @@ TEST(ParseEvaluationArguments, DefaultsAreThoseOfThePipeline) {
   EXPECT_EQ(arguments.transfer.twist, Twist::kPaper);
   EXPECT_TRUE(arguments.characters.global_rotation);
   EXPECT_EQ(arguments.characters.rigged_share, 0);
+}
+
+TEST(ParseEvaluationArguments, CurvesHaveDefaultsOfTheirOwn) {
+  const auto [exit_code, arguments] = Parse({"curves", "--model", "m"});
+  ASSERT_EQ(exit_code, std::nullopt);
+  EXPECT_EQ(arguments.command, EvaluationCommand::kCurves);
+  EXPECT_EQ(arguments.pairs, 20);
+  EXPECT_EQ(arguments.transfer.method, Method::kStance);
+  EXPECT_EQ(arguments.curves.size(), 4u);
+  EXPECT_EQ(Parse({"pairs", "--model", "m"}).arguments.pairs, 100);
+}
+
+TEST(ParseEvaluationArguments, CurvesAreChosenByName) {
+  const auto [exit_code, arguments] =
+      Parse({"curves", "--model", "m",      "--method", "skeletal",  "--pairs", "3",
+             "--data", "p",       "--seed", "4",        "--threads", "2",       "--out",
+             "o",      "--curve", "tilt",   "--curve",  "noise",     "--curve", "tilt"});
+  ASSERT_EQ(exit_code, std::nullopt);
+  EXPECT_EQ(arguments.pairs, 3);
+  EXPECT_EQ(arguments.transfer.method, Method::kSkeletal);
+  EXPECT_EQ(arguments.data, "p");
+  EXPECT_EQ(arguments.seed, 4u);
+  EXPECT_EQ(arguments.threads, 2);
+  EXPECT_EQ(arguments.out, "o");
+  ASSERT_EQ(arguments.curves.size(), 2u);
+  EXPECT_EQ(arguments.curves[0].name, "noise");
+  EXPECT_EQ(arguments.curves[1].name, "tilt");
+}
+
+TEST(ParseEvaluationArguments, AnUnknownCurveIsNamedWithItsOption) {
+  ::testing::internal::CaptureStderr();
+  EXPECT_EQ(Parse({"curves", "--model", "m", "--curve", "odd"}).exit_code, 2);
+  EXPECT_THAT(::testing::internal::GetCapturedStderr(), AllOf(HasSubstr("--curve"), HasSubstr("odd")));
 }
 
 TEST(ParseEvaluationArguments, FilesAndRender) {

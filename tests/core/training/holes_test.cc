@@ -70,5 +70,43 @@ TEST(CutHoles, TheSameSeedCutsTheSameHoles) {
   EXPECT_NE(FaceSet(faces), FaceSet(CutHoles(other, 2, mesh.positions, mesh.faces)));
 }
 
+TEST(CutShare, TheAreaIsWhatWasAskedForToAFace) {
+  const TriangleMesh mesh = testing::Icosphere(4, 0.3f);
+  const double area = SurfaceArea(mesh.positions, mesh.faces);
+  const double face = 2 * area / static_cast<double>(mesh.face_count());  // none is larger
+  for (const double share : {0.05, 0.1, 0.2, 0.3, 0.9}) {
+    Random random(1);
+    const Faces kept = CutShare(random, share, mesh.positions, mesh.faces);
+    const double cut = area - SurfaceArea(mesh.positions, kept);
+    EXPECT_GE(cut, share * area * (1 - 1e-6));
+    EXPECT_LE(cut, share * area + face);
+  }
+}
+
+TEST(CutShare, NothingOfAMeshIsNothing) {
+  const TriangleMesh mesh = testing::Grid(20, 20);
+  Random random(1);
+  EXPECT_EQ(CutShare(random, 0, mesh.positions, mesh.faces), mesh.faces);
+}
+
+TEST(CutShare, AGreaterShareOfTheSameSeedHasTheSmallerOnesHoles) {
+  const TriangleMesh mesh = testing::Grid(40, 40);
+  std::set<std::array<int32_t, 3>> before = FaceSet(mesh.faces);
+  for (const double share : {0.05, 0.1, 0.3}) {
+    Random random(7);
+    const auto kept = FaceSet(CutShare(random, share, mesh.positions, mesh.faces));
+    EXPECT_LT(kept.size(), before.size());
+    EXPECT_TRUE(std::includes(before.begin(), before.end(), kept.begin(), kept.end()));
+    before = kept;
+  }
+}
+
+// Its faces' centroids lie farther from their corners than any ball reaches.
+TEST(CutShare, CutsFacesThatAreLargerThanABall) {
+  const TriangleMesh mesh = testing::Box(2, 2, 2);
+  Random random(2);
+  EXPECT_EQ(CutShare(random, 0.25, mesh.positions, mesh.faces).rows(), 9);
+}
+
 }  // namespace
 }  // namespace stance
