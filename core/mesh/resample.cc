@@ -175,15 +175,24 @@ Points RowsOf(const Points& points, const std::vector<int32_t>& rows) {
   return out;
 }
 
-// Gives the vertices without a cell (-1) that of the sample nearest in space.
-void FillCells(const TriangleMesh& mesh, SurfaceSamples& samples) {
-  std::vector<int32_t> lost;
-  for (int64_t v = 0; v < mesh.vertex_count(); ++v) {
-    if (samples.cell[v] < 0) lost.push_back(static_cast<int32_t>(v));
+// The mesh's own vertices' cells; those that no seed reached (-1) take that of the nearest of the `refined`
+// rows that one reached. Nearest on the surface, not the nearest sample: samples lie far apart, and a part
+// that is worn close to a limb, as a strap is, is nearer to that limb than to another that touches it.
+void TakeCells(const Points& refined, const SeedCells& cells, int64_t vertices, SurfaceSamples& samples) {
+  samples.cell.assign(cells.seed.begin(), cells.seed.begin() + vertices);
+  for (int64_t v = 0; v < vertices; ++v) {
+    if (samples.cell[v] < 0) samples.unreached.push_back(static_cast<int32_t>(v));
   }
-  if (lost.empty()) return;
-  const std::vector<int32_t> nearest = NearestRow(RowsOf(mesh.positions, lost), samples.points);
-  for (size_t i = 0; i < lost.size(); ++i) samples.cell[lost[i]] = nearest[i];
+  if (samples.unreached.empty()) return;
+  std::vector<int32_t> reached;
+  for (int64_t row = 0; row < refined.rows(); ++row) {
+    if (cells.seed[row] >= 0) reached.push_back(static_cast<int32_t>(row));
+  }
+  const std::vector<int32_t> nearest =
+      NearestRow(RowsOf(refined, samples.unreached), RowsOf(refined, reached));
+  for (size_t i = 0; i < nearest.size(); ++i) {
+    samples.cell[samples.unreached[i]] = cells.seed[reached[nearest[i]]];
+  }
 }
 
 }  // namespace
@@ -214,8 +223,7 @@ SurfaceSamples ResampleSurface(const TriangleMesh& mesh, const ResampleOptions& 
   samples.graph = SeedGraph(surface, cells, std::ssize(seeds));
   samples.one_ring = RingOf(samples.graph, samples.points, options.max_ring);
 
-  samples.cell.assign(cells.seed.begin(), cells.seed.begin() + mesh.vertex_count());
-  FillCells(mesh, samples);
+  TakeCells(refined.positions, cells, mesh.vertex_count(), samples);
   return samples;
 }
 
@@ -229,8 +237,7 @@ SurfaceSamples VertexSamples(const TriangleMesh& mesh, int max_ring) {
   const SeedCells cells = NearestSeeds(surface, vertices);  // each its own, but for the unreferenced
   samples.graph = SeedGraph(surface, cells, std::ssize(vertices));
   samples.one_ring = RingOf(samples.graph, samples.points, max_ring);
-  samples.cell = cells.seed;
-  FillCells(mesh, samples);
+  TakeCells(mesh.positions, cells, mesh.vertex_count(), samples);
   return samples;
 }
 

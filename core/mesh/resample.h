@@ -30,8 +30,10 @@ struct SurfaceSamples {
   SurfaceGraph graph;      // over the N samples: those whose cells touch, metres along the surface
   NeighborTable one_ring;  // (N, R): samples whose cells touch, padded with the sample itself
   std::vector<SurfacePlace> place;  // (N) where each sample lies on the mesh
-  std::vector<int32_t> cell;  // (V) the sample nearest to each vertex along the surface; nearest in space on
-                              // components without a sample, and for unreferenced vertices
+  std::vector<int32_t> cell;  // (V) the sample nearest to each vertex along the surface; of the unreached,
+                              // that of the nearest point in space
+  std::vector<int32_t> unreached;  // ascending: the vertices of components without a sample, and those
+                                   // without a face
 };
 
 struct ResampleOptions {

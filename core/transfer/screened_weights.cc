@@ -19,6 +19,8 @@ absl::StatusOr<RowMatrix> ScreenedWeights(const TriangleMesh& mesh, const Surfac
   // A vertex of no area (unreferenced, or all its faces degenerate) still needs a positive pivot.
   mass = area > 0 ? Eigen::VectorXd(mass * (static_cast<double>(n) / area)) : Eigen::VectorXd::Ones(vertices);
   mass = options.prior * mass.cwiseMax(1e-6);
+  // Else a strap over a bending back would take one mean of its weights all along.
+  for (const int32_t v : samples.unreached) mass[v] /= options.prior;
 
   std::vector<Eigen::Triplet<double>> entries;
   for (int64_t v = 0; v < vertices; ++v) entries.emplace_back(v, v, mass[v]);

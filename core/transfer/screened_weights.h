@@ -13,7 +13,7 @@ struct ScreeningOptions {
   // unit, so neither vertex density nor scale matter.
   double smoothness = 0.5;
   // How much the weights of the sample along the surface (SurfaceSamples::cell) count: what decides where no
-  // sample is near, and all that decides on a component without samples.
+  // sample is near. On components without a sample, which have nothing else, they count in full (1). > 0.
   double prior = 1e-3;
 };
 

@@ -136,29 +136,61 @@ TriangleMesh Fan(int blades) {
   return Assemble(positions, faces);
 }
 
-TriangleMesh TwoSpheres(int level) {
-  const TriangleMesh sphere = Icosphere(level);
-  TriangleMesh mesh;
-  mesh.positions.resize(2 * sphere.vertex_count(), 3);
-  mesh.positions.topRows(sphere.vertex_count()) = sphere.positions;
-  mesh.positions.bottomRows(sphere.vertex_count()) =
-      sphere.positions.rowwise() + Eigen::RowVector3f(3.0f, 0.0f, 0.0f);
-  mesh.faces.resize(2 * sphere.face_count(), 3);
-  mesh.faces.topRows(sphere.face_count()) = sphere.faces;
-  mesh.faces.bottomRows(sphere.face_count()) =
-      sphere.faces.array() + static_cast<int32_t>(sphere.vertex_count());
+TriangleMesh Together(const std::vector<TriangleMesh>& meshes) {
+  TriangleMesh all;
+  for (const TriangleMesh& mesh : meshes) {
+    const int64_t vertices = all.vertex_count(), faces = all.face_count();
+    all.positions.conservativeResize(vertices + mesh.vertex_count(), 3);
+    all.positions.bottomRows(mesh.vertex_count()) = mesh.positions;
+    all.faces.conservativeResize(faces + mesh.face_count(), 3);
+    all.faces.bottomRows(mesh.face_count()) = mesh.faces.array() + static_cast<int32_t>(vertices);
+  }
+  return all;
+}
+
+TriangleMesh Shifted(TriangleMesh mesh, const Eigen::RowVector3f& offset) {
+  mesh.positions.rowwise() += offset;
   return mesh;
 }
 
+TriangleMesh TwoSpheres(int level) {
+  return Together({Icosphere(level), Shifted(Icosphere(level), {3, 0, 0})});
+}
+
 TriangleMesh TwoPlates(int cells, float gap) {
-  TriangleMesh plates = Grid(cells, cells);
-  const int64_t vertices = plates.vertex_count(), faces = plates.face_count();
-  plates.positions.conservativeResize(2 * vertices, 3);
-  plates.positions.bottomRows(vertices) =
-      plates.positions.topRows(vertices).rowwise() + Eigen::RowVector3f(0, 0, gap);
-  plates.faces.conservativeResize(2 * faces, 3);
-  plates.faces.bottomRows(faces) = plates.faces.topRows(faces).array() + static_cast<int32_t>(vertices);
-  return plates;
+  return Together({Grid(cells, cells), Shifted(Grid(cells, cells), {0, 0, gap})});
+}
+
+TriangleMesh Coil(float gap, float radius, float winding, int segments, int sections) {
+  const int circles = 2 * sections + 1;
+  std::vector<Eigen::Vector3f> positions;
+  const auto place = [&](float turn, float out, float up) {
+    const float angle = 2 * kPi * turn;
+    positions.emplace_back((winding + out) * std::cos(angle), (2 * radius + gap) * turn + up,
+                           (winding + out) * std::sin(angle));
+  };
+  for (int k = 0; k < circles; ++k) {
+    for (int s = 0; s < segments; ++s) {
+      const float angle = 2 * kPi * static_cast<float>(s) / static_cast<float>(segments);
+      place(static_cast<float>(k) / static_cast<float>(sections), radius * std::cos(angle),
+            radius * std::sin(angle));
+    }
+  }
+  place(0, 0, 0);
+  place(2, 0, 0);
+
+  const int first = circles * segments, last = first + 1;
+  const auto at = [&](int k, int s) { return k * segments + s % segments; };
+  std::vector<std::array<int, 3>> faces;
+  for (int s = 0; s < segments; ++s) {
+    faces.push_back({first, at(0, s), at(0, s + 1)});
+    for (int k = 0; k + 1 < circles; ++k) {
+      faces.push_back({at(k, s), at(k + 1, s), at(k + 1, s + 1)});
+      faces.push_back({at(k, s), at(k + 1, s + 1), at(k, s + 1)});
+    }
+    faces.push_back({last, at(circles - 1, s + 1), at(circles - 1, s)});
+  }
+  return Assemble(positions, faces);
 }
 
 TriangleMesh WithDegenerateFaces() {

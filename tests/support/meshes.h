@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "core/mesh/triangle_mesh.h"
 
@@ -33,6 +34,19 @@ TriangleMesh TwoSpheres(int level = 1);
 // Two open components: grids of `cells` x `cells` over [0, 1]^2, one in the plane z = 0, the other `gap`
 // above it. Each has half of the vertices and of the faces.
 TriangleMesh TwoPlates(int cells, float gap);
+
+// Closed, one component that touches itself: a tube of `radius` wound twice about the y axis at `winding`
+// from it, its turns `gap` apart (they interpenetrate where it is negative), its ends closed by a vertex
+// each. `sections` circles a turn of `segments` vertices each, from one end to the other: vertex v is of
+// circle v / segments (2 * sections + 1 of them); the last two vertices are the ends.
+TriangleMesh Coil(float gap, float radius = 0.05f, float winding = 0.3f, int segments = 24,
+                  int sections = 120);
+
+// All of them in one mesh, in their order, without attributes.
+TriangleMesh Together(const std::vector<TriangleMesh>& meshes);
+
+// The mesh moved.
+TriangleMesh Shifted(TriangleMesh mesh, const Eigen::RowVector3f& offset);
 
 // An icosphere of level 1 with faces 80..82 added: a repeated index, three vertices on a line (one of them,
 // the last vertex, new, in the middle of an edge), and a face of zero area with two coincident corners.
