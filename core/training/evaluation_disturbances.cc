@@ -36,9 +36,8 @@ void SetFaces(Character& character, Faces faces) {
 
 // Keeps the vertices `kept`; `faces` name rows of `kept`.
 void KeepVertices(const std::vector<int32_t>& kept, Faces faces, Character& character, Points* truth) {
-  ChangeRows(character, truth, [&kept](const auto& rows) {
-    auto some = rows;
-    some.resize(static_cast<Eigen::Index>(kept.size()), rows.cols());
+  ChangeRows(character, truth, [&kept]<class Rows>(const Rows& rows) {
+    Rows some(static_cast<Eigen::Index>(kept.size()), rows.cols());
     for (size_t v = 0; v < kept.size(); ++v) some.row(static_cast<Eigen::Index>(v)) = rows.row(kept[v]);
     return some;
   });

@@ -21,6 +21,16 @@ double FaceArea(const Points& positions, const Faces& faces, Eigen::Index f) {
   return SurfaceArea(positions, faces.middleRows(f, 1));
 }
 
+// A face drawn with probability proportional to its area.
+Eigen::Index DrawByArea(Random& random, const Points& positions, const Faces& faces) {
+  double left = random.Uniform() * SurfaceArea(positions, faces);
+  for (Eigen::Index f = 0; f < faces.rows(); ++f) {
+    left -= FaceArea(positions, faces, f);
+    if (left < 0) return f;
+  }
+  return faces.rows() - 1;  // rounding
+}
+
 Faces Outside(const Eigen::RowVector3f& centre, double radius, const Points& positions, const Faces& faces) {
   std::vector<int32_t> corners;
   for (Eigen::Index f = 0; f < faces.rows(); ++f) {
@@ -49,7 +59,8 @@ Faces CutShare(Random& random, double share, const Points& positions, const Face
   double surplus = share * SurfaceArea(positions, faces);
   Faces kept = faces;
   while (surplus > 0 && kept.rows() > 0) {
-    const Eigen::RowVector3f centre = positions.row(kept(random.Below(kept.rows()), random.Below(3)));
+    const Eigen::RowVector3f centre =
+        positions.row(kept(DrawByArea(random, positions, kept), random.Below(3)));
     const double radius = random.Uniform(kLeastRadius, kMostRadius);
     std::vector<std::pair<float, Eigen::Index>> order;  // distance from the centre, face
     for (Eigen::Index f = 0; f < kept.rows(); ++f) {

@@ -11,8 +11,9 @@ namespace stance {
 // touched: some may be left without a face. Positions in metres.
 Faces CutHoles(Random& random, int balls, const Points& positions, const Faces& faces);
 
-// The faces without those in balls of the same kind that together hold `share` of the whole area, to a face:
-// the last ball is as small as that needs. REQUIRES: 0 <= share < 1.
+// The faces without those in balls as large that together hold `share` of the whole area, to a face: the last
+// ball is as small as that needs. Each lies about a corner of a face drawn by area, so that finely meshed
+// parts (faces, hands) lose no more than others. REQUIRES: 0 <= share < 1.
 Faces CutShare(Random& random, double share, const Points& positions, const Faces& faces);
 
 }  // namespace stance

@@ -101,6 +101,25 @@ TEST(CutShare, AGreaterShareOfTheSameSeedHasTheSmallerOnesHoles) {
   }
 }
 
+// Of two unit squares the one with eight times shorter edges loses no more than the other, on average.
+TEST(CutShare, TheMeshingDoesNotDrawHoles) {
+  const TriangleMesh coarse = testing::Grid(10, 20), fine = testing::Grid(80, 160);
+  Points positions(coarse.vertex_count() + fine.vertex_count(), 3);
+  positions << coarse.positions, fine.positions;
+  positions.bottomRows(fine.vertex_count()).col(0).array() += 1;
+  Faces faces(coarse.face_count() + fine.face_count(), 3);
+  faces << coarse.faces, fine.faces.array() + static_cast<int32_t>(coarse.vertex_count());
+  double fine_cut = 0;
+  for (uint64_t seed = 0; seed < 50; ++seed) {
+    Random random(seed);
+    const Faces kept = CutShare(random, 0.1, positions, faces);
+    const double left_of_coarse = SurfaceArea(
+        positions, kept.topRows((kept.col(0).array() < static_cast<int32_t>(coarse.vertex_count())).count()));
+    fine_cut += (1 - (SurfaceArea(positions, kept) - left_of_coarse)) / 50;
+  }
+  EXPECT_NEAR(fine_cut, 0.1, 0.03);  // of the 0.2 in all
+}
+
 // Its faces' centroids lie farther from their corners than any ball reaches.
 TEST(CutShare, CutsFacesThatAreLargerThanABall) {
   const TriangleMesh mesh = testing::Box(2, 2, 2);
