@@ -1,6 +1,7 @@
 #include "core/transfer/learned_rotation_solver.h"
 
 #include <Eigen/Geometry>
+#include <utility>
 
 #include "core/base/check.h"
 
@@ -39,6 +40,8 @@ std::vector<Rotation> LearnedRotationSolver::Corrected(const Skeleton& skeleton,
     const Eigen::Quaternionf learned(rotations[j]), fitted(FitBones(children, j, rig));
     rotations[j] = learned.slerp(correction_, fitted).normalized().toRotationMatrix();
   }
+  // After the correction: misplaced joints bend limbs backwards as misjudged rotations do.
+  if (limit_) rotations = WithinAnatomicalLimits(std::move(rotations), *limit_);
   return rotations;
 }
 

@@ -6,6 +6,7 @@
 #include "core/base/threads.h"
 #include "core/mesh/resample.h"
 #include "core/transfer/confidence.h"
+#include "core/transfer/joint_fit.h"
 #include "core/transfer/pose_views.h"
 
 namespace stance {
@@ -14,7 +15,7 @@ absl::StatusOr<std::vector<Rig>> PoseRigger::RigMeshes(std::span<const TriangleM
                                                        PhaseSeconds& seconds) const {
   Stopwatch watch;
   const auto count = std::ssize(meshes);
-  const std::vector<PoseView> views = EvenViews(views_);
+  const std::vector<PoseView> views = EvenViews(options_.views);
   std::vector<SurfaceSamples> samples(meshes.size());
   std::vector<PyramidInput> inputs(meshes.size() * views.size());  // a mesh's views side by side
   ParallelFor(count, threads_, 1, [&](int64_t begin, int64_t end) {
@@ -35,13 +36,14 @@ absl::StatusOr<std::vector<Rig>> PoseRigger::RigMeshes(std::span<const TriangleM
   std::vector<Rig> rigs(meshes.size());
   for (int64_t i = 0; i < count; ++i) {
     Rig& rig = rigs[i];
-    rig.joints = std::move(estimates[i].joints);
     rig.bones = std::move(estimates[i].bones);
     rig.rotations = std::move(estimates[i].rotations);
     // Calibrated behind the mean over the views, because that is what the calibration is fitted to.
     rig.confidence = estimates[i].confidence.unaryExpr([this](float p) {
       return static_cast<float>(CalibratedConfidence(p, model_.manifest().confidence));
     });
+    rig.joints = FitJoints(skeleton(), {estimates[i].joints, rig.bones, rig.rotations, rig.confidence},
+                           options_.joint_stiffness);
     rig.weights.resize(meshes[i]->vertex_count(), kHumanJoints);
     for (int64_t v = 0; v < rig.weights.rows(); ++v) {
       rig.weights.row(v) = estimates[i].weights.row(samples[i].cell[v]);

@@ -6,17 +6,21 @@
 
 namespace stance {
 
+struct PoseRiggerOptions {
+  int views = 8;  // of each mesh, whose estimates are averaged (pose_views.h)
+  // FitJoints'. 0.5 was the best of 0, 0.3, 0.5, 1, 2 and 3 on moderate and hard pairs.
+  float joint_stiffness = 0.5f;
+};
+
 // Samples each mesh evenly and lets the network weigh the samples and find the joints and their rotations
-// from the rest pose, as the mean of what it finds in several views of the mesh (pose_views.h). A vertex has
+// from the rest pose, in several views; the joints are then fitted to the bones and rotations. A vertex has
 // the weights of the sample whose geodesic Voronoi cell it lies in; ScreenedSmoother makes smooth ones of
 // what Rig::sampled keeps. Confidences are calibrated as the model's manifest says.
 class PoseRigger : public Rigger {
  public:
-  static constexpr int kViews = 8;
-
   // The model must outlive the rigger. `threads`: most that one call uses.
-  PoseRigger(const PoseModel& model, int threads, int views = kViews)
-      : model_(model), threads_(threads), views_(views) {}
+  PoseRigger(const PoseModel& model, int threads, const PoseRiggerOptions& options = {})
+      : model_(model), threads_(threads), options_(options) {}
 
   absl::StatusOr<std::vector<Rig>> RigMeshes(std::span<const TriangleMesh* const> meshes,
                                              PhaseSeconds& seconds) const override;
@@ -24,7 +28,8 @@ class PoseRigger : public Rigger {
 
  private:
   const PoseModel& model_;
-  const int threads_, views_;
+  const int threads_;
+  const PoseRiggerOptions options_;
 };
 
 }  // namespace stance

@@ -4,6 +4,8 @@
 
 #include <Eigen/Geometry>
 
+#include "core/training/pose_sampler.h"
+#include "core/transfer/anatomical_limits.h"
 #include "tests/core/training/small_data.h"
 
 namespace stance {
@@ -108,6 +110,22 @@ TEST_F(PoseSamplesTest, ReuseGivesTheSameCharactersTurnedAnew) {
   const auto canonical = batch.canonical.reshape({2, 96, 3}).abs();
   EXPECT_TRUE(canonical[0].equal(canonical[1]));
   EXPECT_FALSE(batch.rotations[0].equal(batch.rotations[1]));
+}
+
+// The limits that the pose solver keeps are wider than the generator's. (The small data's clips turn every
+// joint at random; the hinges of the captured ones are within the limits, too.)
+TEST(PoseSampler, StaysWithinTheSolversLimits) {
+  for (const PoseMix mix : {PoseMix::kModerate, PoseMix::kHard, PoseMix::kTraining}) {
+    for (int64_t i = 0; i < 500; ++i) {
+      Random random(7, i);
+      const std::vector<Rotation> truth = GlobalRotations(
+          HumanSkeleton(), SamplePose(random, mix, MotionLibrary({}), Split::kTrain, testing::TPoseJoints()));
+      const std::vector<Rotation> limited = WithinAnatomicalLimits(truth);
+      for (int j = 0; j < kHumanJoints; ++j) {
+        EXPECT_LT(Eigen::AngleAxisf(truth[j].transpose() * limited[j]).angle(), 0.0175f) << i << " " << j;
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <optional>
 
 #include "core/base/random.h"
 #include "tests/support/puppet.h"
@@ -28,11 +29,11 @@ Rig Posed(const std::vector<Rotation>& global) {
   return rig;
 }
 
-// Limbs turn and twist as they like.
+// Limbs turn and twist as they like: backwards, too.
 std::vector<Rotation> RandomPose(uint64_t seed) { return testing::RandomPose(seed, 3.0); }
 
 std::vector<Rotation> Solve(const Rig& source, const Rig& reference, float correction = 0.75f) {
-  return LearnedRotationSolver(correction).Solve(skeleton(), {}, source, {}, reference);
+  return LearnedRotationSolver(correction, std::nullopt).Solve(skeleton(), {}, source, {}, reference);
 }
 
 float Difference(const std::vector<Rotation>& a, const std::vector<Rotation>& b) {
@@ -110,6 +111,22 @@ TEST(LearnedRotationSolver, CoincidentJointsKeepTheLearnedRotation) {
   const std::vector<Rotation> rotations = Solve(source, reference);
   for (int j = 0; j < 24; ++j) {
     EXPECT_LT((rotations[j] - reference.rotations[j] * source.rotations[j].transpose()).norm(), 1e-4f);
+  }
+}
+
+// An elbow that the network bends backwards ends within the limits, in the source and in the reference.
+TEST(LearnedRotationSolver, HyperextensionIsDrawnBack) {
+  std::vector<Rotation> local(24, Rotation::Identity());
+  const Rig rest = Posed(local);
+  local[kLeftElbow] = Eigen::AngleAxisf(0.7f, Eigen::Vector3f::UnitY()).toRotationMatrix();
+  const Rig backwards = Posed(GlobalRotations(skeleton(), local));
+  const HingeLimit limit;
+  for (const bool in_source : {false, true}) {
+    const Rig &source = in_source ? backwards : rest, &reference = in_source ? rest : backwards;
+    const Rotation turn = LearnedRotationSolver().Solve(skeleton(), {}, source, {}, reference)[kLeftElbow];
+    EXPECT_LT(Eigen::AngleAxisf(turn).angle(), limit.free + limit.margin + 1e-3f);
+    EXPECT_GT(Eigen::AngleAxisf(turn).angle(), limit.free);
+    EXPECT_NEAR(Eigen::AngleAxisf(Solve(source, reference)[kLeftElbow]).angle(), 0.7f, 1e-3f);
   }
 }
 
