@@ -13,7 +13,7 @@ namespace {
 
 // Options whose words stand for enumerators.
 struct Words {
-  std::string method = "skeletal", poses = "both", twist = "paper", smoothing = "metric";
+  std::string method, poses = "both", twist = "paper", smoothing = "metric";
   std::string source_up = "y", reference_up = "y";
   std::vector<std::string> curves = {};  // none: all
 };
@@ -48,7 +48,9 @@ UpAxis UpAxisFromName(const std::string& name) {
 
 absl::Status Interpret(const Words& words, EvaluationArguments& arguments) {
   TransferOptions& transfer = arguments.transfer;
-  STANCE_ASSIGN_OR_RETURN(transfer.method, MethodFromName(words.method));
+  if (!words.method.empty()) {
+    STANCE_ASSIGN_OR_RETURN(transfer.method, MethodFromName(words.method));
+  }
   transfer.twist = words.twist == "inherited" ? Twist::kInherited : Twist::kPaper;
   if (words.smoothing == "hopwise") transfer.smoothing.kind = SmoothingKind::kHopwise;
   if (words.smoothing == "none") transfer.smoothing.kind = SmoothingKind::kNone;
@@ -62,7 +64,7 @@ absl::Status Interpret(const Words& words, EvaluationArguments& arguments) {
 void AddModelOptions(CLI::App& command, EvaluationArguments& arguments, Words& words) {
   TransferOptions& transfer = arguments.transfer;
   command.add_option("--model", arguments.model, "The model's folder")->required();
-  command.add_option("--method", words.method, "The method")->capture_default_str();
+  command.add_option("--method", words.method, "The method [the model's own]");
   command.add_option("--twist", words.twist, "Rotation about a bone's own axis")
       ->check(CLI::IsMember({"paper", "inherited"}))
       ->capture_default_str();
@@ -119,7 +121,7 @@ void AddCharacterOptions(CLI::App& command, EvaluationArguments& arguments, Word
 }
 
 absl::Status CheckConfidence(const EvaluationArguments& arguments) {
-  if (arguments.transfer.method != Method::kStance) {
+  if (arguments.transfer.method.value_or(Method::kStance) != Method::kStance) {
     return absl::InvalidArgumentError(
         fmt::format("--method: '{}' does not know its confidence", MethodName(*arguments.transfer.method)));
   }
@@ -140,7 +142,8 @@ std::optional<int> ParseEvaluationArguments(int argc, const char* const* argv,
         i == 0 ? std::filesystem::path(argv[0]).filename().string() : fmt::format(" {}", argv[i]);
   }
   Words words;
-  Words curve_words{.method = "stance", .poses = "moderate"};
+  Words curve_words;
+  curve_words.poses = "moderate";
   int curve_pairs = 20;
   CLI::App app("Measures pose transfer on pairs with known answers.", "stance-eval");
   app.require_subcommand(1);
@@ -187,7 +190,9 @@ std::optional<int> ParseEvaluationArguments(int argc, const char* const* argv,
   CLI::App* bones = app.add_subcommand("bones", "Steadiness of bone lengths over an identity's poses");
   CLI::App* confidence =
       app.add_subcommand("confidence", "What a method's confidence is worth, and its calibration");
-  for (CLI::App* command : {bones, confidence}) {
+  CLI::App* ablations =
+      app.add_subcommand("ablations", "Errors of METHOD_STANCE with single parts left out or true");
+  for (CLI::App* command : {bones, confidence, ablations}) {
     AddModelOptions(*command, arguments, words);
     AddCharacterOptions(*command, arguments, words);
     command->add_option("-o,--out", arguments.out, "Folder for the tables as markdown and CSV");
@@ -229,7 +234,8 @@ std::optional<int> ParseEvaluationArguments(int argc, const char* const* argv,
            {files, EvaluationCommand::kFiles},
            {render, EvaluationCommand::kRender},
            {bones, EvaluationCommand::kBones},
-           {confidence, EvaluationCommand::kConfidence}}) {
+           {confidence, EvaluationCommand::kConfidence},
+           {ablations, EvaluationCommand::kAblations}}) {
     if (*command) arguments.command = value;
   }
   return std::nullopt;

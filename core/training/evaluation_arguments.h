@@ -13,7 +13,7 @@
 
 namespace stance {
 
-enum class EvaluationCommand { kPairs, kStages, kCurves, kFiles, kRender, kBones, kConfidence };
+enum class EvaluationCommand { kPairs, kStages, kCurves, kFiles, kRender, kBones, kConfidence, kAblations };
 
 struct EvaluationArguments {
   EvaluationCommand command = EvaluationCommand::kPairs;

@@ -66,9 +66,10 @@ std::vector<Candidate> ComposeParts(const TransferPair& pair, const TransferResu
   return candidates;
 }
 
-std::vector<EvaluationRow> EvaluatePairs(const CharacterGenerator& generator, const Pipeline& pipeline,
-                                         const PairEvaluationOptions& options,
-                                         const std::function<void(int)>& progress) {
+std::vector<EvaluationRow> JudgePairs(
+    const CharacterGenerator& generator, const PairEvaluationOptions& options,
+    const std::function<std::vector<Candidate>(const TransferPair&)>& compose,
+    const std::function<void(int)>& progress) {
   const int64_t count = static_cast<int64_t>(options.poses.size()) * options.pairs;
   std::vector<std::vector<EvaluationRow>> rows(static_cast<size_t>(count));
   std::mutex mutex;
@@ -78,18 +79,8 @@ std::vector<EvaluationRow> EvaluatePairs(const CharacterGenerator& generator, co
     characters.poses = options.poses[static_cast<size_t>(item / options.pairs)];
     const int64_t index = item % options.pairs;
     const TransferPair pair = generator.MakePair(options.seed, index, characters);
-    const absl::StatusOr<TransferResult> result =
-        pipeline.Transfer(pair.source.mesh, pair.reference.mesh, options.transfer);
-    std::vector<Candidate> candidates;
-    candidates.push_back(
-        MethodCandidate(options.transfer.method.value_or(pipeline.models().front().method), result));
-    if (options.parts) {
-      for (Candidate& part : ComposeParts(pair, result.ok() ? &*result : nullptr)) {
-        candidates.push_back(std::move(part));
-      }
-    }
     const std::string name = fmt::format("{}-{}", PoseMixName(characters.poses), index);
-    for (const Candidate& candidate : candidates) {
+    for (const Candidate& candidate : compose(pair)) {
       rows[static_cast<size_t>(item)].push_back(
           Judge(name, candidate, pair.truth, pair.source.mesh.faces, pair.source.stature));
     }
@@ -106,6 +97,23 @@ std::vector<EvaluationRow> EvaluatePairs(const CharacterGenerator& generator, co
     for (EvaluationRow& row : pair_rows) all.push_back(std::move(row));
   }
   return all;
+}
+
+std::vector<EvaluationRow> EvaluatePairs(const CharacterGenerator& generator, const Pipeline& pipeline,
+                                         const PairEvaluationOptions& options,
+                                         const std::function<void(int)>& progress) {
+  const Method method = options.transfer.method.value_or(pipeline.models().front().method);
+  const auto compose = [&](const TransferPair& pair) {
+    const absl::StatusOr<TransferResult> result =
+        pipeline.Transfer(pair.source.mesh, pair.reference.mesh, options.transfer);
+    std::vector<Candidate> candidates = {MethodCandidate(method, result)};
+    if (!options.parts) return candidates;
+    for (Candidate& part : ComposeParts(pair, result.ok() ? &*result : nullptr)) {
+      candidates.push_back(std::move(part));
+    }
+    return candidates;
+  };
+  return JudgePairs(generator, options, compose, progress);
 }
 
 }  // namespace stance

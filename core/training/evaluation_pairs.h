@@ -37,8 +37,15 @@ std::vector<Rotation> TrueRotations(const TransferPair& pair);
 //  - true weights, joints and rotations: what skinning a posed source can reach at all.
 std::vector<Candidate> ComposeParts(const TransferPair& pair, const TransferResult* method);
 
-// Rows of every pair of every pose mix, in order; each pair has the same rows in the same order, the method's
-// first. `progress`, if set, is called with the number of pairs done, from any of the threads, one at a time.
+// Rows of every pair of every pose mix, in order; each pair has the same rows in the same order: what
+// `compose` makes of it, on any of the threads. `progress`, if set, is called with the number of pairs done,
+// from any of the threads, one at a time.
+std::vector<EvaluationRow> JudgePairs(
+    const CharacterGenerator& generator, const PairEvaluationOptions& options,
+    const std::function<std::vector<Candidate>(const TransferPair&)>& compose,
+    const std::function<void(int)>& progress = {});
+
+// JudgePairs of the method, which comes first, and of ComposeParts where the options ask for it.
 std::vector<EvaluationRow> EvaluatePairs(const CharacterGenerator& generator, const Pipeline& pipeline,
                                          const PairEvaluationOptions& options,
                                          const std::function<void(int)>& progress = {});

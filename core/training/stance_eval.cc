@@ -8,6 +8,7 @@
 #include "core/base/files.h"
 #include "core/mesh/mesh_io.h"
 #include "core/training/confidence_report.h"
+#include "core/training/evaluation_ablations.h"
 #include "core/training/evaluation_arguments.h"
 #include "core/training/evaluation_bones.h"
 #include "core/training/evaluation_confidence.h"
@@ -104,6 +105,28 @@ absl::Status EvaluatePairs(const EvaluationArguments& arguments) {
     all.insert(all.end(), rows.begin(), rows.end());
   }
   return WriteTables(arguments, "pairs", markdown, RowsCsv(all));
+}
+
+absl::Status EvaluateAblations(const EvaluationArguments& arguments) {
+  STANCE_ASSIGN_OR_RETURN(const auto generator, OpenGenerator(arguments));
+  STANCE_ASSIGN_OR_RETURN(const auto model, PoseModel::Load(arguments.model));
+  std::vector<EvaluationRow> all;
+  std::string markdown = fmt::format(
+      "# METHOD_STANCE with single parts left out or true\n\nModel {} version {}. Made by\n\n    {}\n",
+      model->manifest().name, model->manifest().version, arguments.command_line);
+  for (const PoseMix mix : arguments.poses) {
+    const PairEvaluationOptions options{.seed = arguments.seed,
+                                        .pairs = arguments.pairs,
+                                        .poses = {mix},
+                                        .characters = arguments.characters,
+                                        .threads = arguments.threads};
+    const std::vector<EvaluationRow> rows = JudgePairs(
+        *generator, options, [&model](const TransferPair& pair) { return AblateStance(*model, pair); },
+        Progress(arguments.pairs));
+    markdown += fmt::format("\n## {} poses\n\n{}", PoseMixName(mix), SummaryMarkdown(rows));
+    all.insert(all.end(), rows.begin(), rows.end());
+  }
+  return WriteTables(arguments, "ablations", markdown, RowsCsv(all));
 }
 
 absl::Status EvaluateStages(const EvaluationArguments& arguments) {
@@ -283,6 +306,9 @@ int Main(int argc, char** argv) {
   switch (arguments.command) {
     case EvaluationCommand::kPairs:
       status = EvaluatePairs(arguments);
+      break;
+    case EvaluationCommand::kAblations:
+      status = EvaluateAblations(arguments);
       break;
     case EvaluationCommand::kStages:
       status = EvaluateStages(arguments);
