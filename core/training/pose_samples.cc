@@ -1,5 +1,6 @@
 #include "core/training/pose_samples.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <utility>
 
@@ -74,6 +75,14 @@ PoseSample Turned(PoseSample sample, const Rotation& turn) {
   return sample;
 }
 
+Rotation TrainingTurn(Random& random) {
+  constexpr double kAnyTurn = 0.15;
+  if (!random.Chance(kAnyTurn)) return SampleGlobalTurn(random);
+  const auto normal = [&random] { return static_cast<float>(random.Normal()); };
+  const float w = normal(), x = normal(), y = normal(), z = normal();
+  return Eigen::Quaternionf(w, x, y, z).normalized().toRotationMatrix();
+}
+
 PoseStream::PoseStream(const CharacterGenerator& generator, const SampleOptions& options, int64_t reuse)
     : generator_(generator), options_(options), reuse_(reuse), window_(kWindow) {
   STANCE_CHECK(reuse >= 1);
@@ -97,7 +106,7 @@ PoseSample PoseStream::At(int64_t index) {
   if (index % reuse_ != 0) character -= random.Below(std::min(character + 1, kWindow));
   const std::shared_ptr<const PoseSample> sample = CharacterAt(character);
   const bool mirror = random.Chance(0.5);
-  return Turned(mirror ? Mirrored(*sample) : *sample, SampleGlobalTurn(random));
+  return Turned(mirror ? Mirrored(*sample) : *sample, TrainingTurn(random));
 }
 
 PoseBatch PoseStream::MakeBatch(int64_t first, int64_t size) {

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <vector>
 
+#include "core/base/random.h"
 #include "core/network/tensors.h"
 #include "core/training/sample_stream.h"
 
@@ -40,6 +41,10 @@ PoseSample Mirrored(const PoseSample& sample);
 
 // The sample turned about the origin.
 PoseSample Turned(PoseSample sample, const Rotation& turn);
+
+// How training turns a character: as the generator turns those of tests (SampleGlobalTurn), or, one in seven,
+// anyhow, since people also lie down and stand on their hands.
+Rotation TrainingTurn(Random& random);
 
 // An endless stream of samples in which each character comes `reuse` times on average, turned and mirrored
 // anew each time: to make one costs far more than to turn it. Sample i is the character i / reuse where i is

@@ -42,8 +42,9 @@ absl::StatusOr<std::vector<Rig>> PoseRigger::RigMeshes(std::span<const TriangleM
     rig.confidence = estimates[i].confidence.unaryExpr([this](float p) {
       return static_cast<float>(CalibratedConfidence(p, model_.manifest().confidence));
     });
-    rig.joints = FitJoints(skeleton(), {estimates[i].joints, rig.bones, rig.rotations, rig.confidence},
-                           options_.joint_stiffness);
+    rig.joints =
+        FitJoints(skeleton(), {estimates[i].joints, rig.bones, rig.rotations, estimates[i].confidence},
+                  options_.joint_stiffness);
     rig.weights.resize(meshes[i]->vertex_count(), kHumanJoints);
     for (int64_t v = 0; v < rig.weights.rows(); ++v) {
       rig.weights.row(v) = estimates[i].weights.row(samples[i].cell[v]);

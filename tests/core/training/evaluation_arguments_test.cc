@@ -66,7 +66,7 @@ TEST(ParseEvaluationArguments, CurvesHaveDefaultsOfTheirOwn) {
   ASSERT_EQ(exit_code, std::nullopt);
   EXPECT_EQ(arguments.command, EvaluationCommand::kCurves);
   EXPECT_EQ(arguments.pairs, 20);
-  EXPECT_EQ(arguments.transfer.method, Method::kStance);
+  EXPECT_EQ(arguments.transfer.method, std::nullopt);  // the model's own
   EXPECT_EQ(arguments.curves.size(), 4u);
   EXPECT_EQ(Parse({"pairs", "--model", "m"}).arguments.pairs, 100);
 }
@@ -148,7 +148,8 @@ TEST(ParseEvaluationArguments, ErrorsNameOptionAndValue) {
   EXPECT_THAT(ErrorOf({"bones", "--model", "m", "--identities", "0"}), names("--identities", "0"));
   EXPECT_THAT(ErrorOf({"bones", "--model", "m", "--poses-each", "1"}), names("--poses-each", "1"));
   EXPECT_THAT(ErrorOf({"bones", "--model", "m", "--pairs", "7"}), names("--pairs", "7"));
-  EXPECT_THAT(ErrorOf({"confidence", "--model", "m"}), names("--method", "'skeletal'"));
+  EXPECT_THAT(ErrorOf({"confidence", "--model", "m", "--method", "skeletal"}),
+              names("--method", "'skeletal'"));
   EXPECT_THAT(ErrorOf({"confidence", "--model", "m", "--method", "stance", "--pairs", "1"}),
               names("--pairs", "1"));
   EXPECT_THAT(ErrorOf({"confidence", "--model", "m", "--method", "stance", "--rigged-share", "2"}),

@@ -80,6 +80,21 @@ TEST(Turned, CarriesPlacesAndRotationsAlong) {
   EXPECT_EQ(turned.weights, sample.weights);
 }
 
+TEST(TrainingTurn, MostStandAndSomeAreUpsideDown) {
+  Random random(4);
+  int upright = 0, upside_down = 0;
+  constexpr int kTurns = 4000;
+  for (int i = 0; i < kTurns; ++i) {
+    const Rotation turn = TrainingTurn(random);
+    ASSERT_NEAR(turn.determinant(), 1, 1e-4f);
+    upright += turn(1, 1) > 0.7f;
+    upside_down += turn(1, 1) < -0.2f;
+  }
+  EXPECT_GT(upright, 0.7 * kTurns);
+  EXPECT_GT(upside_down, 0.04 * kTurns);
+  EXPECT_LT(upside_down, 0.09 * kTurns);
+}
+
 TEST_F(PoseSamplesTest, BatchesHoldTheTruth) {
   const SampleOptions options{5, 96, 12};
   PoseStream stream(*generator_, options, 1);
