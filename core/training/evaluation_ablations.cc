@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "core/training/evaluation_pairs.h"
 #include "core/transfer/bone_rotation_solver.h"
 #include "core/transfer/learned_rotation_solver.h"
 #include "core/transfer/linear_blend_skinning.h"
@@ -26,13 +27,6 @@ absl::StatusOr<Rigs> RigPair(const TransferPair& pair, const PoseRigger& rigger)
 
 std::vector<Rotation> Solve(const PoseSolver& solver, const TransferPair& pair, const Rigs& rigs) {
   return solver.Solve(HumanSkeleton(), pair.source.mesh, rigs.source, pair.reference.mesh, rigs.reference);
-}
-
-std::vector<Rotation> TurnsBetween(const std::vector<Rotation>& source,
-                                   const std::vector<Rotation>& reference) {
-  std::vector<Rotation> turns(source.size());
-  for (size_t j = 0; j < turns.size(); ++j) turns[j] = reference[j] * source[j].transpose();
-  return turns;
 }
 
 absl::StatusOr<RowMatrix> Weights(const TransferPair& pair, const Rig& rig) {
@@ -63,7 +57,7 @@ std::vector<Candidate> AblateStance(const PoseModel& model, const TransferPair& 
   const Points &joints = rigs->source.joints, &true_joints = pair.source.joints;
   const RowMatrix &weights = *smooth, &true_weights = pair.source.weights;
   const std::vector<Rotation> turns = Solve(LearnedRotationSolver(), pair, *rigs);
-  const std::vector<Rotation> true_turns = TurnsBetween(pair.source.rotations, pair.reference.rotations);
+  const std::vector<Rotation> true_turns = TrueRotations(pair);
 
   std::vector<Candidate> candidates;
   const auto add = [&candidates](std::string name, absl::StatusOr<Points> positions) {
@@ -72,8 +66,8 @@ std::vector<Candidate> AblateStance(const PoseModel& model, const TransferPair& 
   add("METHOD_STANCE", Deform(pair, joints, weights, turns));
   add("one view", TransferBy(pair, PoseRigger(model, 1, {.views = 1})));
   add("joints as found", TransferBy(pair, PoseRigger(model, 1, {.joint_stiffness = 0})));
-  add("rotations not corrected by bones",
-      Deform(pair, joints, weights, TurnsBetween(rigs->source.rotations, rigs->reference.rotations)));
+  const LearnedRotationSolver uncorrected(/*correction=*/0);
+  add("rotations not corrected by bones", Deform(pair, joints, weights, Solve(uncorrected, pair, *rigs)));
   for (const Twist twist : {Twist::kInherited, Twist::kPaper}) {
     const std::string name = twist == Twist::kPaper ? "paper A's" : "inherited twist";
     add("rotations from bone directions, " + name,

@@ -53,7 +53,7 @@ class PoseLearner : public Learner {
         torch::binary_cross_entropy_with_logits(out.confidence, right.to(torch::kFloat32));
     TrainingStep step;
     step.loss = weights + kCanonical * length(out.canonical - batch.canonical).mean() +
-                kBones * length(out.bones - batch.bones).mean() + kJoints * joint_error.mean() +
+                kBones * length(out.bones - batch.bones).mean() + kJoints * (joint_error.mean() + kRoot * joint_error.select(1, 0).mean()) +
                 kRotations * rotation_loss.mean() + kTransfer * transfer + kConfidence * confidence;
     step.accuracy =
         (out.logits.argmax(1) == batch.weights.argmax(1)).to(torch::kFloat32).mean().item<double>();
@@ -67,13 +67,16 @@ class PoseLearner : public Learner {
   // The weights of the losses, from the scales on which each is about as hard to lower.
   static constexpr double kCanonical = 5, kJoints = 10, kBones = 10, kRotations = 0.5, kTransfer = 20,
                           kConfidence = 0.1;
+  // Of the pelvis beyond its part of all the joints: a body turns about it, so that its error shifts all.
+  static constexpr double kRoot = 0.2;
   // What "right" means to the confidence (pose_model.h), radians and normalised.
   static constexpr double kRightAngle = kRightDegrees * std::numbers::pi / 180,
                           kRightDistance = kRightMillimetres / kMillimetresPerUnit;
 
   // Early on, features are pooled by the true weights in half of the batches, so that the joints learn from
-  // the beginning; less and less often over the first quarter.
+  // the beginning; less and less often over the first quarter. Trained networks have no need of it.
   torch::Tensor PoolWeights(const PoseBatch& batch, int64_t seen) const {
+    if (!options_.start_from.empty()) return {};
     const double done = static_cast<double>(seen) / static_cast<double>(options_.total_samples);
     const double share = std::max(0.0, 0.5 - 2 * done);
     Random random(options_.seed, static_cast<uint64_t>(seen));
