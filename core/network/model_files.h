@@ -14,6 +14,8 @@ inline constexpr char kWeightNetworkPrefix[] = "f_c.";
 inline constexpr char kJointNetworkPrefix[] = "f_j.";
 // Of METHOD_STANCE's network.
 inline constexpr char kPoseNetworkPrefix[] = "pose.";
+// Of the network that refines what it finds; models may lack it.
+inline constexpr char kRefinementNetworkPrefix[] = "refinement.";
 
 // Reads the weights file that the manifest names; DATA_LOSS if its checksum differs.
 absl::StatusOr<TensorMap> ReadWeights(const std::filesystem::path& dir, const ModelManifest& manifest);

@@ -3,6 +3,7 @@
 #include <ATen/Parallel.h>
 #include <fmt/format.h>
 
+#include "core/base/check.h"
 #include "core/network/model_files.h"
 #include "core/network/pose_network.h"
 #include "core/network/skeletal_networks.h"
@@ -19,7 +20,7 @@ RowMatrix Rows(const torch::Tensor& tensor, int64_t first, int64_t count) {
 }  // namespace
 
 struct PoseModel::Networks {
-  PoseNetwork pose;
+  PoseNetwork pose, refinement{nullptr};
   torch::Device device = torch::cuda::is_available() ? torch::kCUDA : torch::kCPU;
 };
 
@@ -35,14 +36,19 @@ absl::StatusOr<std::unique_ptr<PoseModel>> PoseModel::Load(const std::filesystem
     }
     STANCE_ASSIGN_OR_RETURN(const TensorMap tensors, ReadWeights(dir, manifest));
     std::unique_ptr<PoseModel> model(new PoseModel);
-    if (const absl::Status status = LoadModule(*model->networks_->pose, kPoseNetworkPrefix, tensors);
-        !status.ok()) {
-      return absl::InvalidArgumentError(
-          fmt::format("{}: {}", (dir / manifest.weights).string(), std::string(status.message())));
+    Networks& networks = *model->networks_;
+    if (HasModule(tensors, kRefinementNetworkPrefix)) networks.refinement = PoseNetwork();
+    for (const auto& [prefix, network] : {std::pair{kPoseNetworkPrefix, &networks.pose},
+                                          std::pair{kRefinementNetworkPrefix, &networks.refinement}}) {
+      if (network->is_empty()) continue;
+      if (const absl::Status status = LoadModule(**network, prefix, tensors); !status.ok()) {
+        return absl::InvalidArgumentError(
+            fmt::format("{}: {}", (dir / manifest.weights).string(), std::string(status.message())));
+      }
+      (*network)->eval();
+      (*network)->to(networks.device);
     }
     model->manifest_ = std::move(manifest);
-    model->networks_->pose->eval();
-    model->networks_->pose->to(model->networks_->device);
     return model;
   } catch (const std::exception& error) {  // Torch's wall
     return absl::InternalError(fmt::format("{}: {}", dir.string(), error.what()));
@@ -50,17 +56,27 @@ absl::StatusOr<std::unique_ptr<PoseModel>> PoseModel::Load(const std::filesystem
 }
 
 absl::Status PoseModel::WriteUntrained(const std::filesystem::path& dir, uint64_t seed,
-                                       ModelManifest manifest) {
+                                       ModelManifest manifest, bool refines) {
   torch::manual_seed(seed);
   const PoseNetwork pose;
+  TensorMap tensors = ModuleTensors(*pose, kPoseNetworkPrefix, /*half=*/true);
+  if (refines) {
+    const PoseNetwork refinement;
+    tensors.merge(ModuleTensors(*refinement, kRefinementNetworkPrefix, /*half=*/true));
+  }
   manifest.method = kStanceMethod;
-  return WriteModel(dir, std::move(manifest), ModuleTensors(*pose, kPoseNetworkPrefix, /*half=*/true));
+  return WriteModel(dir, std::move(manifest), tensors);
 }
 
-int64_t PoseModel::parameter_count() const { return ParameterCount(*networks_->pose); }
+bool PoseModel::refines() const { return !networks_->refinement.is_empty(); }
+
+int64_t PoseModel::parameter_count() const {
+  return ParameterCount(*networks_->pose) + (refines() ? ParameterCount(*networks_->refinement) : 0);
+}
 
 absl::StatusOr<std::vector<PoseEstimate>> PoseModel::Infer(std::span<const PyramidInput> inputs,
-                                                           int threads) const {
+                                                           int threads, PosePass pass) const {
+  STANCE_CHECK(pass == PosePass::kFirst || refines());
   std::vector<PoseEstimate> estimates(inputs.size());
   if (inputs.empty()) return estimates;
   try {
@@ -70,7 +86,8 @@ absl::StatusOr<std::vector<PoseEstimate>> PoseModel::Infer(std::span<const Pyram
     std::vector<const PyramidInput*> pointers;
     for (const PyramidInput& input : inputs) pointers.push_back(&input);
     const PyramidBatch batch = StackPyramids(pointers);
-    const PosePrediction out = networks_->pose->forward(batch.To(networks_->device));
+    PoseNetwork& network = pass == PosePass::kFirst ? networks_->pose : networks_->refinement;
+    const PosePrediction out = network->forward(batch.To(networks_->device));
     const auto weights = torch::softmax(out.logits, 1).cpu(), canonical = out.canonical.cpu();
     const auto joints = out.joints.reshape({-1, 3}).cpu(), rotations = out.rotations.reshape({-1, 9}).cpu();
     const auto bones = out.bones.reshape({-1, 3}).cpu();

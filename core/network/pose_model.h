@@ -27,23 +27,31 @@ struct PoseEstimate {
   Eigen::VectorXf confidence;       // (24) probability that a joint is right (above), not calibrated
 };
 
+// Which of a model's networks looks: the one that sees meshes as they come, or the one that sees them bent back
+// to the rest pose by what the first has found (transfer/pose_refinement.h).
+enum class PosePass { kFirst, kRefinement };
+
 // Thread-safe: Infer may run on several threads at once.
 class PoseModel {
  public:
   // NOT_FOUND, INVALID_ARGUMENT or DATA_LOSS with the path.
   static absl::StatusOr<std::unique_ptr<PoseModel>> Load(const std::filesystem::path& dir);
 
-  // An untrained model (random weights from `seed`), written as a loadable directory.
-  static absl::Status WriteUntrained(const std::filesystem::path& dir, uint64_t seed, ModelManifest manifest);
+  // An untrained model (random weights from `seed`), with a network that refines or without, written as a
+  // loadable directory.
+  static absl::Status WriteUntrained(const std::filesystem::path& dir, uint64_t seed, ModelManifest manifest,
+                                     bool refines = true);
 
   ~PoseModel();
 
   const ModelManifest& manifest() const { return manifest_; }
-  int64_t parameter_count() const;
+  bool refines() const;             // whether there is a network for PosePass::kRefinement
+  int64_t parameter_count() const;  // of all networks
 
   // One estimate per input, in order, of any sizes; each is the same as if it were alone. Uses up to
-  // `threads` threads. INTERNAL if Torch fails, with its words.
-  absl::StatusOr<std::vector<PoseEstimate>> Infer(std::span<const PyramidInput> inputs, int threads) const;
+  // `threads` threads. INTERNAL if Torch fails, with its words. REQUIRES: the model has the pass.
+  absl::StatusOr<std::vector<PoseEstimate>> Infer(std::span<const PyramidInput> inputs, int threads,
+                                                  PosePass pass = PosePass::kFirst) const;
 
  private:
   struct Networks;

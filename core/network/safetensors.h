@@ -28,4 +28,7 @@ TensorMap ModuleTensors(const torch::nn::Module& module, const std::string& pref
 // shape.
 absl::Status LoadModule(torch::nn::Module& module, const std::string& prefix, const TensorMap& tensors);
 
+// Whether any tensor is of the module of that prefix.
+bool HasModule(const TensorMap& tensors, const std::string& prefix);
+
 }  // namespace stance

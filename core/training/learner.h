@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/network/pose_model.h"
 #include "core/training/batch_stream.h"
 #include "core/training/character_generator.h"
 #include "core/training/checkpoint.h"
@@ -67,6 +68,8 @@ void StartStream(const TrainingOptions& options, int64_t seen, std::function<Bat
 // `generator` and `options` outlive the learner.
 std::unique_ptr<Learner> MakeSkeletalLearner(const CharacterGenerator& generator,
                                              const TrainingOptions& options);
-std::unique_ptr<Learner> MakePoseLearner(const CharacterGenerator& generator, const TrainingOptions& options);
+// With `first`, of the stage "refinement": the model whose first network unposes the characters.
+std::unique_ptr<Learner> MakePoseLearner(const CharacterGenerator& generator, const TrainingOptions& options,
+                                         std::unique_ptr<const PoseModel> first = nullptr);
 
 }  // namespace stance

@@ -1,4 +1,5 @@
-// The stage "pose": weights, rest-pose coordinates, joints, rotations and confidences at once.
+// The stage "pose": weights, rest-pose coordinates, joints, rotations and confidences at once. The stage
+// "refinement": the same of characters that the first network's estimates have bent back to rest.
 
 #include <numbers>
 
@@ -19,8 +20,11 @@ torch::Tensor Angles(const torch::Tensor& a, const torch::Tensor& b) {
 
 class PoseLearner : public Learner {
  public:
-  PoseLearner(const CharacterGenerator& generator, const TrainingOptions& options)
-      : options_(options), characters_(generator, UnturnedSamples(options), options.reuse) {}
+  PoseLearner(const CharacterGenerator& generator, const TrainingOptions& options,
+              std::unique_ptr<const PoseModel> first)
+      : options_(options),
+        first_(std::move(first)),
+        characters_(generator, StreamSamples(options), options.reuse, first_.get()) {}
 
   NamedModules modules() const override { return {{"pose", network_.ptr()}}; }
 
@@ -45,10 +49,7 @@ class PoseLearner : public Learner {
     const auto rotation_loss = 0.5 * rotation_square + (rotation_square + 1e-6).sqrt();
     const auto angles = Angles(out.rotations.detach(), batch.rotations);
     const auto right = (angles < kRightAngle).logical_and(joint_error.detach() < kRightDistance);
-    const auto transfer =
-        TransferErrors(batch.input.points, {torch::softmax(out.logits, 1), out.joints, out.rotations},
-                       {batch.weights, batch.joints, batch.rotations}, batch.input.offsets[0])
-            .mean();
+    const auto transfer = TransferError(batch, out);
     const auto confidence =
         torch::binary_cross_entropy_with_logits(out.confidence, right.to(torch::kFloat32));
     TrainingStep step;
@@ -76,20 +77,36 @@ class PoseLearner : public Learner {
   // Early on, features are pooled by the true weights in half of the batches, so that the joints learn from
   // the beginning; less and less often over the first quarter. Trained networks have no need of it.
   torch::Tensor PoolWeights(const PoseBatch& batch, int64_t seen) const {
-    if (!options_.start_from.empty()) return {};
+    if (first_ || !options_.start_from.empty()) return {};
     const double done = static_cast<double>(seen) / static_cast<double>(options_.total_samples);
     const double share = std::max(0.0, 0.5 - 2 * done);
     Random random(options_.seed, static_cast<uint64_t>(seen));
     return random.Uniform(0, 1) < share ? batch.weights : torch::Tensor();
   }
 
-  static SampleOptions UnturnedSamples(const TrainingOptions& options) {
+  // The mean over all points, of the characters as they stand.
+  static torch::Tensor TransferError(const PoseBatch& batch, const PosePrediction& out) {
+    RigBatch found = {torch::softmax(out.logits, 1), out.joints, out.rotations};
+    RigBatch truth = {batch.weights, batch.joints, batch.rotations};
+    if (batch.posed) {
+      const PosedBatch& posed = *batch.posed;
+      found.joints = torch::matmul(posed.turns, found.joints.unsqueeze(-1)).squeeze(-1) + posed.shifts;
+      found.rotations = torch::matmul(posed.turns, found.rotations);
+      truth.joints = posed.joints;
+      truth.rotations = posed.rotations;
+    }
+    const torch::Tensor& points = batch.posed ? batch.posed->points : batch.input.points;
+    return TransferErrors(points, found, truth, batch.input.offsets[0]).mean();
+  }
+
+  static SampleOptions StreamSamples(const TrainingOptions& options) {
     SampleOptions samples = SampleOptionsOf(options);
-    samples.turn = false;  // the stream turns them
+    samples.turn = options.stage == TrainingStage::kRefinement;  // those of "pose" the stream turns
     return samples;
   }
 
   const TrainingOptions& options_;
+  const std::unique_ptr<const PoseModel> first_;
   PoseNetwork network_;
   PoseStream characters_;
   std::optional<BatchStream<PoseBatch>> stream_;
@@ -98,8 +115,9 @@ class PoseLearner : public Learner {
 }  // namespace
 
 std::unique_ptr<Learner> MakePoseLearner(const CharacterGenerator& generator,
-                                         const TrainingOptions& options) {
-  return std::make_unique<PoseLearner>(generator, options);
+                                         const TrainingOptions& options,
+                                         std::unique_ptr<const PoseModel> first) {
+  return std::make_unique<PoseLearner>(generator, options, std::move(first));
 }
 
 }  // namespace stance

@@ -7,9 +7,15 @@
 #include "core/base/check.h"
 #include "core/skeleton/mirror.h"
 #include "core/training/pose_sampler.h"
+#include "core/transfer/pose_estimation.h"
+#include "core/transfer/pose_refinement.h"
+#include "core/transfer/pose_views.h"
 
 namespace stance {
 namespace {
+
+// Half of inference's views: the others would double the time for little.
+constexpr PoseEstimationOptions kFirstLook = {.views = 4, .refinement_views = 0};
 
 torch::Tensor Tensor(const RowMatrix& matrix) {
   return torch::from_blob(const_cast<float*>(matrix.data()), {matrix.rows(), matrix.cols()}).clone();
@@ -26,21 +32,35 @@ torch::Tensor Tensor(const std::vector<Rotation>& rotations) {
   return tensor;
 }
 
-PoseSample MakeSample(const CharacterGenerator& generator, const SampleOptions& options, int64_t index) {
-  const Character character = MakeTrainingCharacter(generator, options, index);
-  const SurfaceSamples surface = ResampleSurface(character.mesh, {options.samples, options.max_ring});
-  return {MakePyramidInput(surface, /*threads=*/1),
-          ValuesAt(character.weights, surface.place),
-          ValuesAt(character.canonical, surface.place),
-          character.joints,
-          BoneVectors(HumanSkeleton(), character.rest_joints),
-          character.rotations};
+PosedBatch StackPosed(const std::vector<PoseSample>& samples, const std::vector<PoseSample>& unposed) {
+  std::vector<torch::Tensor> points, joints, rotations, turns, shifts;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const Normalization normalization = NormalizationOf(unposed[i].input.points);
+    const float unit = 1 / normalization.scale;
+    points.push_back(Tensor(RowMatrix(samples[i].input.points * unit)));
+    joints.push_back(Tensor(RowMatrix(samples[i].joints * unit)));
+    rotations.push_back(Tensor(samples[i].rotations));
+    turns.push_back(Tensor(samples[i].first->rotations));
+    Points center(kHumanJoints, 3);
+    for (int j = 0; j < kHumanJoints; ++j) {
+      center.row(j) = PoseAgain(*samples[i].first, j).Apply(normalization.center.transpose()).transpose();
+    }
+    shifts.push_back(Tensor(RowMatrix(center * unit)));
+  }
+  return {torch::cat(points), torch::stack(joints), torch::stack(rotations), torch::stack(turns),
+          torch::stack(shifts)};
 }
 
+// Each sample as the network sees it; as it stands, too, where they are unposed.
 PoseBatch Stack(const std::vector<PoseSample>& samples) {
+  std::vector<PoseSample> unposed;
+  for (const PoseSample& sample : samples) {
+    if (sample.first) unposed.push_back(Unposed(sample));
+  }
+  const std::vector<PoseSample>& seen = unposed.empty() ? samples : unposed;
   std::vector<const PyramidInput*> inputs;
   std::vector<torch::Tensor> weights, canonical, joints, bones, rotations;
-  for (const PoseSample& sample : samples) {
+  for (const PoseSample& sample : seen) {
     inputs.push_back(&sample.input);
     weights.push_back(Tensor(sample.weights));
     canonical.push_back(Tensor(RowMatrix(sample.canonical)));
@@ -49,8 +69,10 @@ PoseBatch Stack(const std::vector<PoseSample>& samples) {
     bones.push_back(Tensor(RowMatrix(sample.bones / normalization.scale)));
     rotations.push_back(Tensor(sample.rotations));
   }
-  return {StackPyramids(inputs), torch::cat(weights), torch::cat(canonical),
-          torch::stack(joints),  torch::stack(bones), torch::stack(rotations)};
+  PoseBatch batch{StackPyramids(inputs), torch::cat(weights), torch::cat(canonical),
+                  torch::stack(joints),  torch::stack(bones), torch::stack(rotations)};
+  if (!unposed.empty()) batch.posed = StackPosed(samples, unposed);
+  return batch;
 }
 
 }  // namespace
@@ -64,6 +86,7 @@ PoseSample Mirrored(const PoseSample& sample) {
   mirrored.joints = MirroredJoints(sample.joints);
   mirrored.bones = MirroredJoints(sample.bones);
   mirrored.rotations = MirroredRotations(sample.rotations);
+  if (sample.first) mirrored.first = EstimateBehindView(*sample.first, {.mirrored = true});
   return mirrored;
 }
 
@@ -75,6 +98,37 @@ PoseSample Turned(PoseSample sample, const Rotation& turn) {
   return sample;
 }
 
+PoseSample Unposed(const PoseSample& sample) {
+  STANCE_CHECK(sample.first.has_value());
+  const PoseEstimate& first = *sample.first;
+  PoseSample unposed = sample;
+  unposed.input = UnposedInput(sample.input, first);
+  for (int j = 0; j < kHumanJoints; ++j) {
+    const AffineTransform again = PoseAgain(first, j);
+    unposed.joints.row(j) = (sample.joints.row(j) - again.translation.transpose()) * again.linear;
+    unposed.rotations[j] = again.linear.transpose() * sample.rotations[j];
+  }
+  unposed.first.reset();
+  return unposed;
+}
+
+PoseEstimate Perturbed(PoseEstimate estimate, Random& random) {
+  constexpr double kMostRadians = 0.06, kMostMetres = 0.006;
+  const double radians = random.Uniform(0, kMostRadians), metres = random.Uniform(0, kMostMetres);
+  const auto vector = [&random](double deviation) {
+    const auto normal = [&] { return static_cast<float>(deviation * random.Normal()); };
+    const float x = normal(), y = normal(), z = normal();
+    return Eigen::Vector3f(x, y, z);
+  };
+  for (int j = 0; j < kHumanJoints; ++j) {
+    const Eigen::Vector3f turn = vector(radians);
+    estimate.rotations[j] =
+        Eigen::AngleAxisf(turn.norm(), turn.stableNormalized()) * estimate.rotations[j];
+    estimate.joints.row(j) += vector(metres).transpose();
+  }
+  return estimate;
+}
+
 Rotation TrainingTurn(Random& random) {
   constexpr double kAnyTurn = 0.15;
   if (!random.Chance(kAnyTurn)) return SampleGlobalTurn(random);
@@ -83,9 +137,27 @@ Rotation TrainingTurn(Random& random) {
   return Eigen::Quaternionf(w, x, y, z).normalized().toRotationMatrix();
 }
 
-PoseStream::PoseStream(const CharacterGenerator& generator, const SampleOptions& options, int64_t reuse)
-    : generator_(generator), options_(options), reuse_(reuse), window_(kWindow) {
+PoseStream::PoseStream(const CharacterGenerator& generator, const SampleOptions& options, int64_t reuse,
+                       const PoseModel* first)
+    : generator_(generator), options_(options), reuse_(reuse), first_(first), window_(kWindow) {
   STANCE_CHECK(reuse >= 1);
+}
+
+PoseSample PoseStream::MakeSample(int64_t index) const {
+  const Character character = MakeTrainingCharacter(generator_, options_, index);
+  const SurfaceSamples surface = ResampleSurface(character.mesh, {options_.samples, options_.max_ring});
+  PoseSample sample = {MakePyramidInput(surface, /*threads=*/1),
+                       ValuesAt(character.weights, surface.place),
+                       ValuesAt(character.canonical, surface.place),
+                       character.joints,
+                       BoneVectors(HumanSkeleton(), character.rest_joints),
+                       character.rotations};
+  if (first_) {
+    const auto found = EstimatePoses(*first_, {&sample.input, 1}, /*threads=*/1, kFirstLook);
+    STANCE_CHECK(found.ok());
+    sample.first = (*found)[0];
+  }
+  return sample;
 }
 
 std::shared_ptr<const PoseSample> PoseStream::CharacterAt(int64_t index) {
@@ -94,7 +166,7 @@ std::shared_ptr<const PoseSample> PoseStream::CharacterAt(int64_t index) {
     const std::lock_guard lock(mutex_);
     if (slot.character == index) return slot.sample;
   }
-  auto sample = std::make_shared<const PoseSample>(MakeSample(generator_, options_, index));
+  auto sample = std::make_shared<const PoseSample>(MakeSample(index));
   const std::lock_guard lock(mutex_);
   if (slot.character < index) slot = {index, sample};
   return sample;
@@ -106,7 +178,10 @@ PoseSample PoseStream::At(int64_t index) {
   if (index % reuse_ != 0) character -= random.Below(std::min(character + 1, kWindow));
   const std::shared_ptr<const PoseSample> sample = CharacterAt(character);
   const bool mirror = random.Chance(0.5);
-  return Turned(mirror ? Mirrored(*sample) : *sample, TrainingTurn(random));
+  PoseSample seen = mirror ? Mirrored(*sample) : *sample;
+  if (!seen.first) return Turned(std::move(seen), TrainingTurn(random));
+  seen.first = Perturbed(std::move(*seen.first), random);
+  return seen;
 }
 
 PoseBatch PoseStream::MakeBatch(int64_t first, int64_t size) {
@@ -116,8 +191,19 @@ PoseBatch PoseStream::MakeBatch(int64_t first, int64_t size) {
 }
 
 PoseBatch PoseBatch::To(torch::Device device) const {
-  return {input.To(device),  weights.to(device), canonical.to(device),
-          joints.to(device), bones.to(device),   rotations.to(device)};
+  PoseBatch moved = *this;
+  moved.input = input.To(device);
+  for (torch::Tensor* tensor :
+       {&moved.weights, &moved.canonical, &moved.joints, &moved.bones, &moved.rotations}) {
+    *tensor = tensor->to(device);
+  }
+  if (moved.posed) {
+    PosedBatch& own = *moved.posed;
+    for (torch::Tensor* tensor : {&own.points, &own.joints, &own.rotations, &own.turns, &own.shifts}) {
+      *tensor = tensor->to(device);
+    }
+  }
+  return moved;
 }
 
 }  // namespace stance

@@ -6,9 +6,11 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "core/base/random.h"
+#include "core/network/pose_model.h"
 #include "core/network/tensors.h"
 #include "core/training/sample_stream.h"
 
@@ -22,9 +24,21 @@ struct PoseSample {
   Points joints;                    // (24, 3), as the points are
   Points bones;                     // (24, 3) from the parent to the joint in the rest pose; zero at the root
   std::vector<Rotation> rotations;  // (24), Character::rotations
+  // What the first network finds in it, where the one that refines is trained.
+  std::optional<PoseEstimate> first{};
 };
 
-// B characters.
+// B characters as they stand, where the network sees them unposed; all in the unit of its input.
+struct PosedBatch {
+  torch::Tensor points;     // (N, 3)
+  torch::Tensor joints;     // (B, 24, 3) true
+  torch::Tensor rotations;  // (B, 24, 3, 3) true
+  // Joint j at x in the network's input stands at turns_j x + shifts_j and turns by turns_j more.
+  torch::Tensor turns;   // (B, 24, 3, 3)
+  torch::Tensor shifts;  // (B, 24, 3)
+};
+
+// B characters as the network sees them.
 struct PoseBatch {
   PyramidBatch input;
   torch::Tensor weights;    // (N, 24)
@@ -32,6 +46,7 @@ struct PoseBatch {
   torch::Tensor joints;     // (B, 24, 3) normalised as the points are
   torch::Tensor bones;      // (B, 24, 3) in the same unit
   torch::Tensor rotations;  // (B, 24, 3, 3)
+  std::optional<PosedBatch> posed{};  // of unposed ones
 
   PoseBatch To(torch::Device device) const;
 };
@@ -41,6 +56,14 @@ PoseSample Mirrored(const PoseSample& sample);
 
 // The sample turned about the origin.
 PoseSample Turned(PoseSample sample, const Rotation& turn);
+
+// The sample as the network that refines sees it: unposed by `first` (pose_refinement.h), and what that makes of
+// the true joints and rotations. REQUIRES: sample.first.
+PoseSample Unposed(const PoseSample& sample);
+
+// The estimate, each joint turned by angles and moved by lengths of deviations that are themselves random: so
+// that a character unposed twice is not the same twice.
+PoseEstimate Perturbed(PoseEstimate estimate, Random& random);
 
 // How training turns a character: as the generator turns those of tests (SampleGlobalTurn), or, one in seven,
 // anyhow, since people also lie down and stand on their hands.
@@ -54,8 +77,10 @@ class PoseStream {
  public:
   static constexpr int64_t kWindow = 4096;  // characters kept: about 1 GB at 1,024 samples
 
-  // `generator` outlives the stream.
-  PoseStream(const CharacterGenerator& generator, const SampleOptions& options, int64_t reuse);
+  // `generator` and `first` outlive the stream. With `first`, a model whose first network is trained, the
+  // samples are unposed by what it finds, perturbed, instead of turned.
+  PoseStream(const CharacterGenerator& generator, const SampleOptions& options, int64_t reuse,
+             const PoseModel* first = nullptr);
 
   // The samples first .. first + size - 1.
   PoseBatch MakeBatch(int64_t first, int64_t size);
@@ -66,12 +91,14 @@ class PoseStream {
     std::shared_ptr<const PoseSample> sample;
   };
 
+  PoseSample MakeSample(int64_t character) const;
   std::shared_ptr<const PoseSample> CharacterAt(int64_t index);
   PoseSample At(int64_t index);
 
   const CharacterGenerator& generator_;
   const SampleOptions options_;
   const int64_t reuse_;
+  const PoseModel* const first_;
   std::mutex mutex_;
   std::vector<Slot> window_;  // guarded by mutex_; character c in slot c % kWindow
 };

@@ -107,6 +107,41 @@ absl::Status CheckOptions(const TrainingOptions& options) {
   return absl::OkStatus();
 }
 
+// Stage "refinement" sees what the first network, as exported, makes of the characters.
+absl::StatusOr<std::unique_ptr<Learner>> MakeLearner(const CharacterGenerator& generator,
+                                                     const TrainingOptions& options) {
+  switch (options.stage) {
+    case TrainingStage::kPose:
+      return MakePoseLearner(generator, options);
+    case TrainingStage::kRefinement: {
+      const auto dir = options.work_dir / "first";
+      ModelManifest manifest;
+      manifest.name = "first";
+      manifest.version = "0";
+      manifest.method = kStanceMethod;
+      STANCE_RETURN_IF_ERROR(ExportModel(options.work_dir, dir, manifest));
+      STANCE_ASSIGN_OR_RETURN(std::unique_ptr<PoseModel> first, PoseModel::Load(dir));
+      const TrainingProgress seen{0, first->manifest().samples, first->manifest().max_ring, 0};
+      STANCE_RETURN_IF_ERROR(CheckSameSamples(CheckpointPath(options.work_dir, TrainingStage::kPose), seen,
+                                              {0, options.samples_per_mesh, options.max_ring, 0}));
+      return MakePoseLearner(generator, options, std::move(first));
+    }
+    default:
+      return MakeSkeletalLearner(generator, options);
+  }
+}
+
+// Puts the weights of another run's stage into the modules where names and shapes agree.
+absl::Status StartFrom(const std::filesystem::path& checkpoint, const NamedModules& modules,
+                       torch::Device device, const std::function<void(const std::string&)>& report) {
+  STANCE_ASSIGN_OR_RETURN(const int taken, LoadMatching(checkpoint, modules, device));
+  if (taken == 0) {
+    return absl::FailedPreconditionError(fmt::format("{}: no matching weights", checkpoint.string()));
+  }
+  report(fmt::format("starting from {}: {} tensors", checkpoint.string(), taken));
+  return absl::OkStatus();
+}
+
 absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOptions& options,
                        const std::function<void(const std::string&)>& report) {
   at::set_num_threads(options.threads);
@@ -117,9 +152,7 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
   if (error)
     return absl::PermissionDeniedError(fmt::format("{}: {}", options.work_dir.string(), error.message()));
 
-  const std::unique_ptr<Learner> learner = options.stage == TrainingStage::kPose
-                                               ? MakePoseLearner(generator, options)
-                                               : MakeSkeletalLearner(generator, options);
+  STANCE_ASSIGN_OR_RETURN(const std::unique_ptr<Learner> learner, MakeLearner(generator, options));
   const NamedModules modules = learner->modules();
   std::vector<torch::Tensor> parameters;
   for (const auto& [name, module] : modules) {
@@ -137,11 +170,11 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
   } else if (resumed.status().code() != absl::StatusCode::kNotFound) {
     return resumed.status();
   } else if (!options.start_from.empty()) {
-    const auto start = CheckpointPath(options.start_from, options.stage);
-    STANCE_ASSIGN_OR_RETURN(const int taken, LoadMatching(start, modules, device));
-    if (taken == 0)
-      return absl::FailedPreconditionError(fmt::format("{}: no matching weights", start.string()));
-    report(fmt::format("starting from {}: {} tensors", start.string(), taken));
+    STANCE_RETURN_IF_ERROR(
+        StartFrom(CheckpointPath(options.start_from, options.stage), modules, device, report));
+  } else if (options.stage == TrainingStage::kRefinement) {
+    STANCE_RETURN_IF_ERROR(
+        StartFrom(CheckpointPath(options.work_dir, TrainingStage::kPose), modules, device, report));
   } else if (options.stage == TrainingStage::kBoth) {
     STANCE_ASSIGN_OR_RETURN(const TrainingProgress stages, LoadStages(options.work_dir, modules, device));
     STANCE_RETURN_IF_ERROR(
@@ -224,10 +257,11 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
 
 absl::StatusOr<TrainingStage> TrainingStageFromName(const std::string& name) {
   for (const auto stage :
-       {TrainingStage::kWeights, TrainingStage::kJoints, TrainingStage::kBoth, TrainingStage::kPose}) {
+       {TrainingStage::kWeights, TrainingStage::kJoints, TrainingStage::kBoth, TrainingStage::kPose,
+        TrainingStage::kRefinement}) {
     if (name == TrainingStageName(stage)) return stage;
   }
-  return absl::InvalidArgumentError(fmt::format("stage '{}' is none of weights, joints, both, pose", name));
+  return absl::InvalidArgumentError(fmt::format("stage '{}' is none of weights, joints, both, pose, refinement", name));
 }
 
 std::string TrainingStageName(TrainingStage stage) {
@@ -240,6 +274,8 @@ std::string TrainingStageName(TrainingStage stage) {
       return "both";
     case TrainingStage::kPose:
       return "pose";
+    case TrainingStage::kRefinement:
+      return "refinement";
   }
   return "";
 }
@@ -252,6 +288,8 @@ TrainingOptions DefaultTrainingOptions(TrainingStage stage) {
     options.learning_rate = 2e-4;
   } else if (stage == TrainingStage::kPose) {
     options.learning_rate = 2e-3;
+  } else if (stage == TrainingStage::kRefinement) {
+    options.learning_rate = 6e-4;  // its network starts as a trained one
   }
   return options;
 }
@@ -279,6 +317,15 @@ absl::Status ExportModel(const std::filesystem::path& work_dir, const std::files
       return absl::FailedPreconditionError(fmt::format("{}: no checkpoint of stage 'pose'", path.string()));
     }
     tensors = ModuleTensors(*pose, kPoseNetworkPrefix, /*half=*/true);
+    PoseNetwork refinement;
+    const absl::Status refined = LoadCheckpoint(CheckpointPath(work_dir, TrainingStage::kRefinement),
+                                                {{"pose", refinement.ptr()}}, nullptr, torch::kCPU)
+                                     .status();
+    if (refined.ok()) {
+      tensors.merge(ModuleTensors(*refinement, kRefinementNetworkPrefix, /*half=*/true));
+    } else if (!absl::IsNotFound(refined)) {
+      return refined;
+    }
   } else {
     WeightNetwork weights;
     JointNetwork joints;

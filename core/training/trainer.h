@@ -1,5 +1,5 @@
 // Trains paper A's networks in its three stages (section 3.1.4): f_C, f_J with true weights, then both; and
-// the network of METHOD_STANCE in one.
+// the networks of METHOD_STANCE in two.
 #pragma once
 
 #include <cstdint>
@@ -18,16 +18,17 @@ enum class TrainingStage {
   kJoints,   // f_J with true weights
   kBoth,     // f_J on f_C's own output
   kPose,     // the network of METHOD_STANCE
+  kRefinement,  // the network that looks at what kPose's has unposed
 };
 
 absl::StatusOr<TrainingStage> TrainingStageFromName(
-    const std::string& name);  // "weights", "joints", "both", "pose"
+    const std::string& name);  // "weights", "joints", "both", "pose", "refinement"
 std::string TrainingStageName(TrainingStage stage);
 
 struct TrainingOptions {
   TrainingStage stage = TrainingStage::kWeights;
-  // Where checkpoints, the CSV log and the loss plot go; a stage continues from its own checkpoint there, and
-  // "both" starts from the other two's.
+  // Where checkpoints, the CSV log and the loss plot go; a stage continues from its own checkpoint there,
+  // "both" starts from the other two's, and "refinement" from that of "pose", whose network it refines.
   std::filesystem::path work_dir;
   // A folder whose checkpoint of the stage gives the first weights, where work_dir has none; of networks that
   // differ, those that have the same names and shapes. Empty: random ones.
@@ -42,11 +43,11 @@ struct TrainingOptions {
   double final_rate = 0.02;     // fraction of learning_rate at the end of the cosine
   // Points per mesh on which f_C's head and loss are evaluated: neighbours say nearly the same.
   int64_t loss_points = 256;
-  // How often each character comes in stage "pose", turned and mirrored anew (pose_samples.h).
+  // How often each character comes in stages "pose" and "refinement", turned or unposed, and mirrored, anew (pose_samples.h).
   int64_t reuse = 1;
   // CharacterOptions::rigged_share of the characters seen.
   double rigged_share = 0;
-  // Matrix products with bfloat16 operands in stage "pose" (product.h).
+  // Matrix products with bfloat16 operands in those stages (product.h).
   bool bfloat16 = false;
   int threads = 1;             // for the networks
   int generator_threads = 1;   // for the samples
@@ -60,14 +61,15 @@ struct TrainingOptions {
 TrainingOptions DefaultTrainingOptions(TrainingStage stage);
 
 // Runs the stage to its end (or max_hours). `report` receives the progress lines. INVALID_ARGUMENT with name
-// and value for an option out of range; FAILED_PRECONDITION when "both" finds no checkpoints of the other
-// stages, or a checkpoint is of another number of samples per mesh or neighbours; INTERNAL if Torch fails,
+// and value for an option out of range; FAILED_PRECONDITION when "both" or "refinement" finds no checkpoints of the
+// stages before it, or a checkpoint is of another number of samples per mesh or neighbours; INTERNAL if Torch fails,
 // with its words, and if loss or gradient are no longer finite: the last checkpoint then stays as it is.
 absl::Status Train(const CharacterGenerator& generator, const TrainingOptions& options,
                    const std::function<void(const std::string&)>& report);
 
 // Writes the networks of the newest checkpoints (of kSkeletalMethod those of stage "both", else of the other
-// two; of kStanceMethod those of stage "pose") as a model directory: manifest.name, version and method say
+// two; of kStanceMethod those of stage "pose"
+// and, where there is one, "refinement") as a model directory: manifest.name, version and method say
 // which, the rest of the manifest is filled in. FAILED_PRECONDITION if there are none, or if the two were
 // trained on different samples.
 absl::Status ExportModel(const std::filesystem::path& work_dir, const std::filesystem::path& model_dir,

@@ -3,23 +3,18 @@
 
 #include "core/network/pose_model.h"
 #include "core/transfer/parts.h"
+#include "core/transfer/pose_estimation.h"
 
 namespace stance {
 
-struct PoseRiggerOptions {
-  int views = 8;  // of each mesh, whose estimates are averaged (pose_views.h)
-  // FitJoints'. 0.5 was the best of 0, 0.3, 0.5, 1, 2 and 3 on moderate and hard pairs.
-  float joint_stiffness = 0.5f;
-};
-
 // Samples each mesh evenly and lets the network weigh the samples and find the joints and their rotations
-// from the rest pose, in several views; the joints are then fitted to the bones and rotations. A vertex has
-// the weights of the sample whose geodesic Voronoi cell it lies in; ScreenedSmoother makes smooth ones of
-// what Rig::sampled keeps. Confidences are calibrated as the model's manifest says.
+// from the rest pose (pose_estimation.h). A vertex has the weights of the sample whose geodesic Voronoi cell
+// it lies in; ScreenedSmoother makes smooth ones of what Rig::sampled keeps. Confidences are calibrated as
+// the model's manifest says.
 class PoseRigger : public Rigger {
  public:
   // The model must outlive the rigger. `threads`: most that one call uses.
-  PoseRigger(const PoseModel& model, int threads, const PoseRiggerOptions& options = {})
+  PoseRigger(const PoseModel& model, int threads, const PoseEstimationOptions& options = {})
       : model_(model), threads_(threads), options_(options) {}
 
   absl::StatusOr<std::vector<Rig>> RigMeshes(std::span<const TriangleMesh* const> meshes,
@@ -29,7 +24,7 @@ class PoseRigger : public Rigger {
  private:
   const PoseModel& model_;
   const int threads_;
-  const PoseRiggerOptions options_;
+  const PoseEstimationOptions options_;
 };
 
 }  // namespace stance

@@ -7,6 +7,7 @@
 #include "core/training/pose_sampler.h"
 #include "core/transfer/anatomical_limits.h"
 #include "tests/core/training/small_data.h"
+#include "tests/support/untrained_model.h"
 
 namespace stance {
 namespace {
@@ -80,6 +81,52 @@ TEST(Turned, CarriesPlacesAndRotationsAlong) {
   EXPECT_EQ(turned.weights, sample.weights);
 }
 
+// An estimate of the random sample: true but for the weights, which are as they come.
+PoseSample SampleWithEstimate() {
+  PoseSample sample = RandomSample();
+  sample.weights = sample.weights.array().colwise() / sample.weights.rowwise().sum().array();
+  sample.bones.row(kPelvis).setZero();
+  sample.first = PoseEstimate{sample.weights, sample.canonical, sample.joints,
+                              sample.bones,   sample.rotations, Eigen::VectorXf::Ones(kHumanJoints)};
+  return sample;
+}
+
+TEST(Unposed, ByTheTruthIsTheTruthAtRest) {
+  const PoseSample sample = SampleWithEstimate(), unposed = Unposed(sample);
+  EXPECT_LT((BoneVectors(HumanSkeleton(), unposed.joints) - sample.bones).cwiseAbs().maxCoeff(), 1e-5f);
+  for (const Rotation& rotation : unposed.rotations) {
+    EXPECT_LT((rotation - Rotation::Identity()).norm(), 1e-5f);
+  }
+  EXPECT_EQ(unposed.weights, sample.weights);
+  EXPECT_FALSE(unposed.first.has_value());
+}
+
+TEST(Unposed, CommutesWithTheMirror) {
+  Random random(3);
+  PoseSample sample = SampleWithEstimate();
+  sample.first = Perturbed(*sample.first, random);
+  const PoseSample one = Unposed(Mirrored(sample)), other = Mirrored(Unposed(sample));
+  EXPECT_LT((one.input.points - other.input.points).cwiseAbs().maxCoeff(), 1e-5f);
+  EXPECT_LT((one.input.normals - other.input.normals).cwiseAbs().maxCoeff(), 1e-5f);
+  EXPECT_LT((one.joints - other.joints).cwiseAbs().maxCoeff(), 1e-5f);
+  for (int j = 0; j < kHumanJoints; ++j) {
+    EXPECT_LT((one.rotations[j] - other.rotations[j]).norm(), 1e-5f);
+  }
+}
+
+TEST(Perturbed, ALittleAndNeverTheSame) {
+  Random random(5);
+  const PoseEstimate estimate = *SampleWithEstimate().first;
+  const PoseEstimate a = Perturbed(estimate, random), b = Perturbed(estimate, random);
+  EXPECT_GT((a.joints - b.joints).norm(), 0);
+  for (int j = 0; j < kHumanJoints; ++j) {
+    EXPECT_LT((a.joints.row(j) - estimate.joints.row(j)).norm(), 0.04f);
+    EXPECT_LT(Eigen::AngleAxisf(estimate.rotations[j].transpose() * a.rotations[j]).angle(), 0.4f);
+    EXPECT_NEAR(a.rotations[j].determinant(), 1, 1e-5f);
+  }
+  EXPECT_EQ(a.weights, estimate.weights);
+}
+
 TEST(TrainingTurn, MostStandAndSomeAreUpsideDown) {
   Random random(4);
   int upright = 0, upside_down = 0;
@@ -104,6 +151,21 @@ TEST_F(PoseSamplesTest, BatchesHoldTheTruth) {
   EXPECT_LE(batch.canonical.abs().max().item<float>(), 1.0f);
   const auto identity = torch::matmul(batch.rotations, batch.rotations.transpose(2, 3)) - torch::eye(3);
   EXPECT_LT(identity.abs().max().item<float>(), 1e-4f);
+}
+
+// What the network that refines should find, put back into the characters' poses, is the truth about them.
+TEST_F(PoseSamplesTest, UnposedBatchesKnowTheWayBack) {
+  const auto model = PoseModel::Load(testing::UntrainedModel(96, 2, kStanceMethod).dir());
+  ASSERT_TRUE(model.ok()) << model.status();
+  PoseStream stream(*generator_, {5, 96, 12}, 2, model->get());
+  const PoseBatch batch = stream.MakeBatch(3, 4);
+  ASSERT_TRUE(batch.posed.has_value());
+  const PosedBatch& posed = *batch.posed;
+  const auto joints = torch::matmul(posed.turns, batch.joints.unsqueeze(-1)).squeeze(-1) + posed.shifts;
+  EXPECT_LT((joints - posed.joints).abs().max().item<float>(), 1e-4f);
+  const auto rotations = torch::matmul(posed.turns, batch.rotations);
+  EXPECT_LT((rotations - posed.rotations).abs().max().item<float>(), 1e-4f);
+  EXPECT_EQ(posed.points.sizes(), batch.input.points.sizes());
 }
 
 TEST_F(PoseSamplesTest, AStreamGivesTheSameBatchesInAnyOrder) {

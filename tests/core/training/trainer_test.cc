@@ -128,6 +128,30 @@ TEST_F(TrainerTest, TheStagePoseLearns) {
             absl::StatusCode::kFailedPrecondition);
 }
 
+TEST_F(TrainerTest, TheStageRefinementFollowsTheStagePose) {
+  TrainingOptions options = Options(TrainingStage::kRefinement, "refined", 16);
+  const absl::Status early = Run(options);
+  EXPECT_EQ(early.code(), absl::StatusCode::kFailedPrecondition) << early;
+  EXPECT_NE(std::string(early.message()).find("'pose'"), std::string::npos) << early;
+
+  ASSERT_TRUE(Run(Options(TrainingStage::kPose, "refined", 8)).ok());
+  options.samples_per_mesh = 128;  // the first network's are 96
+  EXPECT_EQ(Run(options).code(), absl::StatusCode::kFailedPrecondition);
+  options.samples_per_mesh = 96;
+  const absl::Status trained = Run(options);
+  ASSERT_TRUE(trained.ok()) << trained;
+  EXPECT_NE(report_.find("starting from"), std::string::npos) << report_;
+  options.total_samples = 24;
+  ASSERT_TRUE(Run(options).ok());
+  EXPECT_NE(report_.find("resuming refinement at 16"), std::string::npos) << report_;
+
+  const auto dir = work_.path() / "model";
+  ASSERT_TRUE(ExportModel(options.work_dir, dir, Manifest("tiny", "4", kStanceMethod)).ok());
+  const auto model = PoseModel::Load(dir);
+  ASSERT_TRUE(model.ok()) << model.status();
+  EXPECT_TRUE((*model)->refines());
+}
+
 TEST_F(TrainerTest, ARunStartsFromAnothersWeights) {
   TrainingOptions first = Options(TrainingStage::kPose, "first", 8);
   ASSERT_TRUE(Run(first).ok());

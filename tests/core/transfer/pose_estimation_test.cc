@@ -1,0 +1,78 @@
+// For any networks, random ones here.
+#include "core/transfer/pose_estimation.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include "core/mesh/resample.h"
+#include "tests/support/meshes.h"
+#include "tests/support/untrained_model.h"
+
+namespace stance {
+namespace {
+
+class EstimatePosesTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    model_ = *PoseModel::Load(testing::UntrainedModel(128, 2, kStanceMethod).dir());
+    for (const TriangleMesh& mesh : {testing::Capsule(), testing::Box(), testing::TwoSpheres(3)}) {
+      inputs_.push_back(MakePyramidInput(ResampleSurface(mesh, {128, 12}), 1));
+    }
+  }
+  static void TearDownTestSuite() { model_.reset(); }
+
+  static std::vector<PoseEstimate> Estimate(std::span<const PyramidInput> inputs,
+                                            const PoseEstimationOptions& options = {}) {
+    auto estimates = EstimatePoses(*model_, inputs, /*threads=*/1, options);
+    EXPECT_TRUE(estimates.ok()) << estimates.status();
+    return *std::move(estimates);
+  }
+
+  static inline std::unique_ptr<PoseModel> model_;
+  static inline std::vector<PyramidInput> inputs_;
+};
+
+TEST_F(EstimatePosesTest, AreProper) {
+  for (const PoseEstimate& estimate : Estimate(inputs_)) {
+    EXPECT_TRUE(estimate.joints.allFinite());
+    EXPECT_LT((estimate.weights.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-5f);
+    EXPECT_GE(estimate.confidence.minCoeff(), 0);
+    EXPECT_LE(estimate.confidence.maxCoeff(), 1);
+    for (const Rotation& rotation : estimate.rotations) {
+      EXPECT_LT((rotation * rotation.transpose() - Rotation::Identity()).norm(), 1e-5f);
+      EXPECT_NEAR(rotation.determinant(), 1, 1e-5f);
+    }
+  }
+}
+
+TEST_F(EstimatePosesTest, NeighboursInABatchDoNotMatter) {
+  const std::vector<PoseEstimate> together = Estimate(inputs_);
+  for (size_t i = 0; i < inputs_.size(); ++i) {
+    const PoseEstimate alone = Estimate(std::span(inputs_).subspan(i, 1))[0];
+    EXPECT_LT((alone.joints - together[i].joints).cwiseAbs().maxCoeff(), 1e-4f);
+    EXPECT_LT((alone.weights - together[i].weights).cwiseAbs().maxCoeff(), 1e-4f);
+  }
+}
+
+TEST_F(EstimatePosesTest, TheSecondLookIsTakenWhereTheModelHasOne) {
+  ASSERT_TRUE(model_->refines());
+  const PoseEstimationOptions once = {.refinement_views = 0};
+  const PoseEstimate first = Estimate(inputs_, once)[0], refined = Estimate(inputs_)[0];
+  EXPECT_GT((refined.joints - first.joints).norm(), 1e-3f);
+
+  const std::filesystem::path dir = std::filesystem::path(::testing::TempDir()) / "unrefined";
+  ModelManifest manifest = model_->manifest();
+  ASSERT_TRUE(PoseModel::WriteUntrained(dir, 2, manifest, /*refines=*/false).ok());
+  const auto unrefined = PoseModel::Load(dir);
+  ASSERT_TRUE(unrefined.ok()) << unrefined.status();
+  EXPECT_FALSE((*unrefined)->refines());
+  EXPECT_LT((*unrefined)->parameter_count(), model_->parameter_count());
+  // Of the same seed, so that the first network is the same.
+  const auto found = EstimatePoses(**unrefined, inputs_, 1);
+  ASSERT_TRUE(found.ok()) << found.status();
+  EXPECT_EQ((*found)[0].joints, first.joints);
+}
+
+}  // namespace
+}  // namespace stance
