@@ -34,7 +34,8 @@ PoseSample RandomSample() {
   std::srand(3);
   PoseSample sample;
   sample.input.points = Points::Random(20, 3);
-  sample.input.normals = Points::Random(20, 3).rowwise().normalized();
+  sample.input.normals = Points::Random(20, 3);
+  sample.input.normals.rowwise().normalize();
   sample.weights = RowMatrix::Random(20, kHumanJoints).cwiseAbs();
   sample.canonical = Points::Random(20, 3);
   sample.joints = Points::Random(kHumanJoints, 3);

@@ -35,7 +35,8 @@ struct Posed {
 Posed PoseBy(const PoseEstimate& estimate) {
   Posed posed;
   posed.rest.points = Points::Random(estimate.weights.rows(), 3);
-  posed.rest.normals = Points::Random(estimate.weights.rows(), 3).rowwise().normalized();
+  posed.rest.normals = Points::Random(estimate.weights.rows(), 3);
+  posed.rest.normals.rowwise().normalize();
   std::vector<AffineTransform> transforms, turns;
   for (int j = 0; j < kHumanJoints; ++j) {
     transforms.push_back(PoseAgain(estimate, j));
