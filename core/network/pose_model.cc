@@ -74,8 +74,8 @@ int64_t PoseModel::parameter_count() const {
   return ParameterCount(*networks_->pose) + (refines() ? ParameterCount(*networks_->refinement) : 0);
 }
 
-absl::StatusOr<std::vector<PoseEstimate>> PoseModel::Infer(std::span<const PyramidInput> inputs,
-                                                           int threads, PosePass pass) const {
+absl::StatusOr<std::vector<PoseEstimate>> PoseModel::Infer(std::span<const PyramidInput> inputs, int threads,
+                                                           PosePass pass) const {
   STANCE_CHECK(pass == PosePass::kFirst || refines());
   std::vector<PoseEstimate> estimates(inputs.size());
   if (inputs.empty()) return estimates;

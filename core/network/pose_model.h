@@ -27,8 +27,8 @@ struct PoseEstimate {
   Eigen::VectorXf confidence;       // (24) probability that a joint is right (above), not calibrated
 };
 
-// Which of a model's networks looks: the one that sees meshes as they come, or the one that sees them bent back
-// to the rest pose by what the first has found (transfer/pose_refinement.h).
+// Which of a model's networks looks: the one that sees meshes as they come, or the one that sees them bent
+// back to the rest pose by what the first has found (transfer/pose_refinement.h).
 enum class PosePass { kFirst, kRefinement };
 
 // Thread-safe: Infer may run on several threads at once.

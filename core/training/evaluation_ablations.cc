@@ -65,6 +65,9 @@ std::vector<Candidate> AblateStance(const PoseModel& model, const TransferPair& 
   };
   add("METHOD_STANCE", Deform(pair, joints, weights, turns));
   add("one view", TransferBy(pair, PoseRigger(model, 1, {.views = 1})));
+  add("eight views", TransferBy(pair, PoseRigger(model, 1, {.views = 8})));
+  add("upright looks only", TransferBy(pair, PoseRigger(model, 1, {.least_confidence = 0})));
+  add("no second look", TransferBy(pair, PoseRigger(model, 1, {.refinement_views = 0})));
   add("joints as found", TransferBy(pair, PoseRigger(model, 1, {.joint_stiffness = 0})));
   const LearnedRotationSolver uncorrected(/*correction=*/0);
   add("rotations not corrected by bones", Deform(pair, joints, weights, Solve(uncorrected, pair, *rigs)));

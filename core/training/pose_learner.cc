@@ -32,7 +32,11 @@ class PoseLearner : public Learner {
 
   void Start(int64_t seen) override {
     StartStream<PoseBatch>(
-        options_, seen, [this](int64_t first) { return characters_.MakeBatch(first, options_.batch_size); },
+        options_, seen,
+        [this](int64_t first) {
+          const Bfloat16Products products(options_.bfloat16);  // of the first network, where there is one
+          return characters_.MakeBatch(first, options_.batch_size);
+        },
         stream_);
   }
 
@@ -54,7 +58,8 @@ class PoseLearner : public Learner {
         torch::binary_cross_entropy_with_logits(out.confidence, right.to(torch::kFloat32));
     TrainingStep step;
     step.loss = weights + kCanonical * length(out.canonical - batch.canonical).mean() +
-                kBones * length(out.bones - batch.bones).mean() + kJoints * (joint_error.mean() + kRoot * joint_error.select(1, 0).mean()) +
+                kBones * length(out.bones - batch.bones).mean() +
+                kJoints * (joint_error.mean() + kRoot * joint_error.select(1, 0).mean()) +
                 kRotations * rotation_loss.mean() + kTransfer * transfer + kConfidence * confidence;
     step.accuracy =
         (out.logits.argmax(1) == batch.weights.argmax(1)).to(torch::kFloat32).mean().item<double>();
@@ -114,8 +119,7 @@ class PoseLearner : public Learner {
 
 }  // namespace
 
-std::unique_ptr<Learner> MakePoseLearner(const CharacterGenerator& generator,
-                                         const TrainingOptions& options,
+std::unique_ptr<Learner> MakePoseLearner(const CharacterGenerator& generator, const TrainingOptions& options,
                                          std::unique_ptr<const PoseModel> first) {
   return std::make_unique<PoseLearner>(generator, options, std::move(first));
 }

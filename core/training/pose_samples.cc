@@ -14,8 +14,8 @@
 namespace stance {
 namespace {
 
-// Half of inference's views: the others would double the time for little.
-constexpr PoseEstimationOptions kFirstLook = {.views = 4, .refinement_views = 0};
+// The generator's characters stand.
+constexpr PoseEstimationOptions kFirstLook = {.refinement_views = 0, .least_confidence = 0};
 
 torch::Tensor Tensor(const RowMatrix& matrix) {
   return torch::from_blob(const_cast<float*>(matrix.data()), {matrix.rows(), matrix.cols()}).clone();
@@ -122,8 +122,7 @@ PoseEstimate Perturbed(PoseEstimate estimate, Random& random) {
   };
   for (int j = 0; j < kHumanJoints; ++j) {
     const Eigen::Vector3f turn = vector(radians);
-    estimate.rotations[j] =
-        Eigen::AngleAxisf(turn.norm(), turn.stableNormalized()) * estimate.rotations[j];
+    estimate.rotations[j] = Eigen::AngleAxisf(turn.norm(), turn.stableNormalized()) * estimate.rotations[j];
     estimate.joints.row(j) += vector(metres).transpose();
   }
   return estimate;

@@ -41,11 +41,11 @@ struct PosedBatch {
 // B characters as the network sees them.
 struct PoseBatch {
   PyramidBatch input;
-  torch::Tensor weights;    // (N, 24)
-  torch::Tensor canonical;  // (N, 3)
-  torch::Tensor joints;     // (B, 24, 3) normalised as the points are
-  torch::Tensor bones;      // (B, 24, 3) in the same unit
-  torch::Tensor rotations;  // (B, 24, 3, 3)
+  torch::Tensor weights;              // (N, 24)
+  torch::Tensor canonical;            // (N, 3)
+  torch::Tensor joints;               // (B, 24, 3) normalised as the points are
+  torch::Tensor bones;                // (B, 24, 3) in the same unit
+  torch::Tensor rotations;            // (B, 24, 3, 3)
   std::optional<PosedBatch> posed{};  // of unposed ones
 
   PoseBatch To(torch::Device device) const;
@@ -57,8 +57,8 @@ PoseSample Mirrored(const PoseSample& sample);
 // The sample turned about the origin.
 PoseSample Turned(PoseSample sample, const Rotation& turn);
 
-// The sample as the network that refines sees it: unposed by `first` (pose_refinement.h), and what that makes of
-// the true joints and rotations. REQUIRES: sample.first.
+// The sample as the network that refines sees it: unposed by `first` (pose_refinement.h), and what that makes
+// of the true joints and rotations. REQUIRES: sample.first.
 PoseSample Unposed(const PoseSample& sample);
 
 // The estimate, each joint turned by angles and moved by lengths of deviations that are themselves random: so

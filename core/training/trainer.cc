@@ -256,12 +256,12 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
 }  // namespace
 
 absl::StatusOr<TrainingStage> TrainingStageFromName(const std::string& name) {
-  for (const auto stage :
-       {TrainingStage::kWeights, TrainingStage::kJoints, TrainingStage::kBoth, TrainingStage::kPose,
-        TrainingStage::kRefinement}) {
+  for (const auto stage : {TrainingStage::kWeights, TrainingStage::kJoints, TrainingStage::kBoth,
+                           TrainingStage::kPose, TrainingStage::kRefinement}) {
     if (name == TrainingStageName(stage)) return stage;
   }
-  return absl::InvalidArgumentError(fmt::format("stage '{}' is none of weights, joints, both, pose, refinement", name));
+  return absl::InvalidArgumentError(
+      fmt::format("stage '{}' is none of weights, joints, both, pose, refinement", name));
 }
 
 std::string TrainingStageName(TrainingStage stage) {

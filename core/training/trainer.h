@@ -14,10 +14,10 @@
 namespace stance {
 
 enum class TrainingStage {
-  kWeights,  // f_C
-  kJoints,   // f_J with true weights
-  kBoth,     // f_J on f_C's own output
-  kPose,     // the network of METHOD_STANCE
+  kWeights,     // f_C
+  kJoints,      // f_J with true weights
+  kBoth,        // f_J on f_C's own output
+  kPose,        // the network of METHOD_STANCE
   kRefinement,  // the network that looks at what kPose's has unposed
 };
 
@@ -43,7 +43,8 @@ struct TrainingOptions {
   double final_rate = 0.02;     // fraction of learning_rate at the end of the cosine
   // Points per mesh on which f_C's head and loss are evaluated: neighbours say nearly the same.
   int64_t loss_points = 256;
-  // How often each character comes in stages "pose" and "refinement", turned or unposed, and mirrored, anew (pose_samples.h).
+  // How often each character comes in stages "pose" and "refinement", turned or unposed, and mirrored, anew
+  // (pose_samples.h).
   int64_t reuse = 1;
   // CharacterOptions::rigged_share of the characters seen.
   double rigged_share = 0;
@@ -61,9 +62,10 @@ struct TrainingOptions {
 TrainingOptions DefaultTrainingOptions(TrainingStage stage);
 
 // Runs the stage to its end (or max_hours). `report` receives the progress lines. INVALID_ARGUMENT with name
-// and value for an option out of range; FAILED_PRECONDITION when "both" or "refinement" finds no checkpoints of the
-// stages before it, or a checkpoint is of another number of samples per mesh or neighbours; INTERNAL if Torch fails,
-// with its words, and if loss or gradient are no longer finite: the last checkpoint then stays as it is.
+// and value for an option out of range; FAILED_PRECONDITION when "both" or "refinement" finds no checkpoints
+// of the stages before it, or a checkpoint is of another number of samples per mesh or neighbours; INTERNAL
+// if Torch fails, with its words, and if loss or gradient are no longer finite: the last checkpoint then
+// stays as it is.
 absl::Status Train(const CharacterGenerator& generator, const TrainingOptions& options,
                    const std::function<void(const std::string&)>& report);
 

@@ -10,8 +10,8 @@
 namespace stance {
 namespace {
 
-Rotation TurnOf(const PoseView& view) {
-  return Eigen::AngleAxisf(view.yaw, Eigen::Vector3f::UnitY()).toRotationMatrix();
+Rotation Turn(double radians, const Eigen::Vector3f& axis) {
+  return Eigen::AngleAxisf(static_cast<float>(radians), axis).toRotationMatrix();
 }
 
 }  // namespace
@@ -21,23 +21,33 @@ std::vector<PoseView> EvenViews(int count) {
   const int mirrored = count % 2 == 0 ? count / 2 : 0, plain = count - mirrored;
   std::vector<PoseView> views;
   for (int i = 0; i < count; ++i) {
-    views.push_back({static_cast<float>(2 * std::numbers::pi * (i % plain) / plain), i >= plain});
+    const double yaw = 2 * std::numbers::pi * (i % plain) / plain;
+    views.push_back({Turn(yaw, Eigen::Vector3f::UnitY()), i >= plain});
   }
   return views;
 }
 
+std::vector<PoseView> OtherSides() {
+  constexpr double kQuarter = std::numbers::pi / 2;
+  const Eigen::Vector3f x = Eigen::Vector3f::UnitX(), z = Eigen::Vector3f::UnitZ();
+  return {{.turn = Turn(kQuarter, x)},
+          {.turn = Turn(-kQuarter, x)},
+          {.turn = Turn(kQuarter, z)},
+          {.turn = Turn(-kQuarter, z)},
+          {.turn = Turn(2 * kQuarter, x)}};
+}
+
 PyramidInput ViewedInput(const PyramidInput& input, const PoseView& view) {
   PyramidInput viewed = input;
-  const Rotation turn = TurnOf(view);
   for (Points* points : {&viewed.points, &viewed.normals}) {
     if (view.mirrored) points->col(0) *= -1;
-    *points = (*points * turn.transpose()).eval();
+    *points = (*points * view.turn.transpose()).eval();
   }
   return viewed;
 }
 
 PoseEstimate EstimateBehindView(PoseEstimate estimate, const PoseView& view) {
-  const Rotation back = TurnOf(view).transpose();
+  const Rotation back = view.turn.transpose();
   estimate.joints = (estimate.joints * back.transpose()).eval();
   for (Rotation& rotation : estimate.rotations) rotation = back * rotation;
   if (!view.mirrored) return estimate;

@@ -9,15 +9,19 @@
 
 namespace stance {
 
-// A copy of the mesh, mirrored in the plane x = 0 or not, then turned about the y axis.
+// A copy of the mesh, mirrored in the plane x = 0 or not, then turned about the origin.
 struct PoseView {
-  float yaw = 0;  // radians
+  Rotation turn = Rotation::Identity();
   bool mirrored = false;
 };
 
 // `count` views: half turned evenly about y, the other half their mirror images (of one or of an odd number,
 // none is). REQUIRES: count >= 1.
 std::vector<PoseView> EvenViews(int count);
+
+// The five quarter and half turns about x and z that set a mesh on its other sides: one of them, or none,
+// brings any up axis to within 55 degrees of +y.
+std::vector<PoseView> OtherSides();
 
 PyramidInput ViewedInput(const PyramidInput& input, const PoseView& view);
 

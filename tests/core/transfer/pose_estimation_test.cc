@@ -55,6 +55,23 @@ TEST_F(EstimatePosesTest, NeighboursInABatchDoNotMatter) {
   }
 }
 
+// Looks at other sides are taken only by those who are not sure, and never make one less sure.
+TEST_F(EstimatePosesTest, TheSurestSideCounts) {
+  const PoseEstimationOptions upright = {.refinement_views = 0, .least_confidence = 0};
+  const PoseEstimationOptions anyhow = {.refinement_views = 0, .least_confidence = 1};
+  const std::vector<PoseEstimate> before = Estimate(inputs_, upright), after = Estimate(inputs_, anyhow);
+  int turned = 0;
+  for (size_t i = 0; i < inputs_.size(); ++i) {
+    EXPECT_GE(after[i].confidence.mean(), before[i].confidence.mean());
+    turned += after[i].confidence != before[i].confidence;
+    const float mean = before[i].confidence.mean();
+    const PoseEstimationOptions sure = {.refinement_views = 0, .least_confidence = mean - 0.01f};
+    EXPECT_EQ(Estimate(std::span(inputs_).subspan(i, 1), sure)[0].confidence,
+              Estimate(std::span(inputs_).subspan(i, 1), upright)[0].confidence);
+  }
+  EXPECT_GT(turned, 0);  // else this test says nothing
+}
+
 TEST_F(EstimatePosesTest, TheSecondLookIsTakenWhereTheModelHasOne) {
   ASSERT_TRUE(model_->refines());
   const PoseEstimationOptions once = {.refinement_views = 0};

@@ -28,10 +28,24 @@ TEST(EvenViews, HalfAreMirrored) {
   for (int i = 0; i < 4; ++i) {
     EXPECT_FALSE(views[i].mirrored);
     EXPECT_TRUE(views[i + 4].mirrored);
-    EXPECT_FLOAT_EQ(views[i].yaw, views[i + 4].yaw);
+    EXPECT_EQ(views[i].turn, views[i + 4].turn);
+    EXPECT_NEAR(views[i].turn(1, 1), 1, 1e-6f);  // about y
   }
   EXPECT_EQ(EvenViews(1).size(), 1u);
-  EXPECT_EQ(EvenViews(1)[0].yaw, 0);
+  EXPECT_EQ(EvenViews(1)[0].turn, Rotation::Identity());
+}
+
+TEST(OtherSides, BringAnyUpAxisNearTheTop) {
+  std::srand(2);
+  std::vector<PoseView> sides = OtherSides();
+  EXPECT_EQ(sides.size(), 5u);
+  sides.push_back({});
+  for (int i = 0; i < 1000; ++i) {
+    const Eigen::Vector3f up = Eigen::Vector3f::Random().normalized();
+    float highest = -1;
+    for (const PoseView& side : sides) highest = std::max(highest, (side.turn * up).y());
+    EXPECT_GT(highest, std::sqrt(1 / 3.0f) - 1e-4f) << up.transpose();
+  }
 }
 
 // A joint that lies on a sample in the view lies on it behind the view.
@@ -40,7 +54,9 @@ TEST(EstimateBehindView, PlacesReturnToTheInputs) {
   PyramidInput input;
   input.points = Points::Random(kHumanJoints, 3);
   input.normals = Points::Random(kHumanJoints, 3);
-  for (const PoseView& view : EvenViews(8)) {
+  std::vector<PoseView> views = EvenViews(8);
+  for (const PoseView& side : OtherSides()) views.push_back(side);
+  for (const PoseView& view : views) {
     PoseEstimate estimate = RandomEstimate();
     const Points seen = ViewedInput(input, view).points;
     for (int j = 0; j < kHumanJoints; ++j) {
@@ -53,11 +69,11 @@ TEST(EstimateBehindView, PlacesReturnToTheInputs) {
 }
 
 TEST(EstimateBehindView, AMirrorSwapsLeftAndRight) {
-  const PoseEstimate seen = RandomEstimate(), behind = EstimateBehindView(seen, {0, true});
+  const PoseEstimate seen = RandomEstimate(), behind = EstimateBehindView(seen, {.mirrored = true});
   EXPECT_EQ(behind.weights.col(kLeftKnee), seen.weights.col(kRightKnee));
   EXPECT_EQ(behind.confidence[kLeftKnee], seen.confidence[kRightKnee]);
   EXPECT_EQ(behind.bones(kLeftKnee, 0), -seen.bones(kRightKnee, 0));
-  const PoseEstimate twice = EstimateBehindView(behind, {0, true});
+  const PoseEstimate twice = EstimateBehindView(behind, {.mirrored = true});
   EXPECT_EQ(twice.joints, seen.joints);
   EXPECT_EQ(twice.canonical, seen.canonical);
 }
