@@ -122,7 +122,8 @@ PoseNetworkImpl::PoseNetworkImpl() {
   joint_out = register_parameter("joint_out", torch::randn({kHumanJoints, kJointWidth, 9}) /
                                                   std::sqrt(static_cast<double>(kJointWidth)));
   joint_bias = register_parameter("joint_bias", torch::zeros({kHumanJoints, 9}));
-  bone_out = register_parameter("bone_out", torch::zeros({kHumanJoints, kJointWidth, 3}));
+  bone_out = register_parameter(
+      "bone_out", torch::randn({kHumanJoints, kJointWidth, 3}) / std::sqrt(static_cast<double>(kJointWidth)));
   bone_bias = register_parameter("bone_bias", torch::zeros({kHumanJoints, 3}));
   confidence_out = register_module("confidence_out", torch::nn::Linear(kJointWidth, 1));
 }
