@@ -114,7 +114,8 @@ int main(int argc, char** argv) {
   auto* run = app.add_subcommand("run", "Run one training stage, or continue it");
   run->add_option("--data", data, "Pack written by 'stance-train pack'")->required();
   run->add_option("--stage", stage,
-                  "weights (f_C), joints (f_J with true weights), both, pose (METHOD_STANCE), or refinement (its second look)")
+                  "weights (f_C), joints (f_J with true weights), both, pose (METHOD_STANCE), or refinement "
+                  "(its second look)")
       ->capture_default_str();
   run->add_option("--work", options.work_dir, "Folder for checkpoints, log and plot")->required();
   run->add_option("--start-from", options.start_from,
@@ -123,7 +124,8 @@ int main(int argc, char** argv) {
   run->add_option("--points", options.samples_per_mesh, "Surface samples per mesh")->capture_default_str();
   run->add_option("--batch", batch, "Characters per step [8; stage both: 4]");
   run->add_option("--samples", options.total_samples, "Characters seen in all")->capture_default_str();
-  run->add_option("--lr", learning_rate, "Adam's learning rate at the start [1e-3; both: 2e-4; pose: 2e-3; refinement: 6e-4]");
+  run->add_option("--lr", learning_rate,
+                  "Adam's learning rate at the start [1e-3; both: 2e-4; pose: 2e-3; refinement: 6e-4]");
   run->add_option("--final-lr", options.final_rate, "Fraction of it at the end of the cosine")
       ->capture_default_str();
   run->add_option("--loss-points", options.loss_points, "Points per mesh in f_C's loss")
