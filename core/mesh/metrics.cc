@@ -76,6 +76,8 @@ MeshErrors CompareMeshes(const Points& predicted, const Points& truth, const Fac
   errors.el = EdgeLengthError(predicted, truth, edges);
   errors.edge_ratio_error = EdgeRatioError(predicted, truth, faces);
   errors.chamfer = ChamferDistance(predicted, truth);
+  const Eigen::RowVector3d shift = (predicted.cast<double>() - truth.cast<double>()).colwise().mean();
+  errors.centred_pmd = std::max(0.0, errors.pmd - shift.squaredNorm());
   return errors;
 }
 

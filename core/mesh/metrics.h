@@ -1,4 +1,5 @@
-// How far a result is from the truth. Nothing here centres or aligns; normalise statures before the call.
+// How far a result is from the truth. Nothing here aligns, and only centred_pmd centres; normalise statures
+// before the call.
 #pragma once
 
 #include <vector>
@@ -18,6 +19,9 @@ struct MeshErrors {
   double el = 0;                // m^2: see EdgeLengthError (paper B, equation 20)
   double edge_ratio_error = 0;  // see EdgeRatioError
   double chamfer = 0;           // metres, symmetric: see ChamferDistance
+  // m^2: pmd after both meshes have been moved to the same centroid, as some published code does: blind to
+  // where the target stands.
+  double centred_pmd = 0;
 };
 
 // All of them for a predicted mesh (V, 3) against its ground truth with the same faces. N(i) are the vertices

@@ -35,12 +35,12 @@ std::string SummaryLine(const std::string& method, const std::vector<EvaluationR
   }
   const std::string pairs =
       failures == 0 ? fmt::format("{}", done.size()) : fmt::format("{} (+{} failed)", done.size(), failures);
-  if (done.empty()) return fmt::format("| {} | {} | | | | | | | | | | | | |\n", method, pairs);
+  if (done.empty()) return fmt::format("| {} | {} | | | | | | | | | | | | | |\n", method, pairs);
   const auto mean = [&done](auto value) { return Mean(done, value); };
   const double seconds = mean([](const EvaluationRow& row) { return row.seconds; });
   return fmt::format(
       "| {} | {} | {:.2f} | {:.2f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.3f} | {:.3f} | {:.2f} | {:.4f} | "
-      "{:.1f} | {} |\n",
+      "{:.1f} | {:.2f} | {} |\n",
       method, pairs, mean([](const EvaluationRow& row) { return row.errors.pmd * 1e4; }),
       Quantile(pmd, 0.5) * 1e4, mean([](const EvaluationRow& row) { return row.errors.mean_mm; }),
       mean([](const EvaluationRow& row) { return row.median_mm; }),
@@ -50,6 +50,7 @@ std::string SummaryLine(const std::string& method, const std::vector<EvaluationR
       mean([](const EvaluationRow& row) { return row.errors.el * 1e6; }),
       mean([](const EvaluationRow& row) { return row.errors.edge_ratio_error; }),
       mean([](const EvaluationRow& row) { return row.errors.chamfer * 1e3; }),
+      mean([](const EvaluationRow& row) { return row.errors.centred_pmd * 1e4; }),
       seconds > 0 ? fmt::format("{:.2f}", seconds) : "");
 }
 
@@ -110,8 +111,8 @@ std::string SummaryMarkdown(const std::vector<EvaluationRow>& rows) {
   }
   std::string table =
       "| method | pairs | PMD 1e-4 m^2 | median PMD | mean mm | median mm | p95 mm | worst mm | MaxDist m | "
-      "ELR | EL 1e-6 m^2 | edge ratio error | Chamfer mm | s |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+      "ELR | EL 1e-6 m^2 | edge ratio error | Chamfer mm | centred PMD | s |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const std::string& method : methods) table += SummaryLine(method, rows);
   return table;
 }
@@ -119,16 +120,16 @@ std::string SummaryMarkdown(const std::vector<EvaluationRow>& rows) {
 std::string RowsCsv(const std::vector<EvaluationRow>& rows) {
   std::string csv =
       "pair,method,pmd_m2,mean_mm,median_mm,p95_mm,max_dist_m,elr,el_m2,edge_ratio_error,chamfer_m,"
-      "seconds,failure\n";
+      "centred_pmd_m2,seconds,failure\n";
   for (const EvaluationRow& row : rows) {
     csv += fmt::format("{},{},", CsvField(row.pair), CsvField(row.method));
     if (row.failure.empty()) {
       const MeshErrors& e = row.errors;
-      csv += fmt::format("{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.4g},\n", e.pmd,
-                         e.mean_mm, row.median_mm, row.p95_mm, e.max_dist, e.elr, e.el, e.edge_ratio_error,
-                         e.chamfer, row.seconds);
+      csv += fmt::format("{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.4g},\n",
+                         e.pmd, e.mean_mm, row.median_mm, row.p95_mm, e.max_dist, e.elr, e.el,
+                         e.edge_ratio_error, e.chamfer, e.centred_pmd, row.seconds);
     } else {
-      csv += fmt::format(",,,,,,,,,,{}\n", CsvField(row.failure));
+      csv += fmt::format(",,,,,,,,,,,{}\n", CsvField(row.failure));
     }
   }
   return csv;

@@ -21,8 +21,8 @@ struct Candidate {
 // The transfer itself, in a row with the method's name.
 Candidate MethodCandidate(Method method, const absl::StatusOr<TransferResult>& result);
 
-// What one candidate's result is worth. Lengths are those of a source of kReferenceStature; nothing is
-// centred.
+// What one candidate's result is worth. Lengths are those of a source of kReferenceStature; nothing but
+// MeshErrors::centred_pmd is centred.
 struct EvaluationRow {
   std::string pair;
   std::string method;
@@ -38,8 +38,9 @@ EvaluationRow Judge(const std::string& pair, const Candidate& candidate, const P
                     const Faces& faces, double stature);
 
 // A markdown table with a line per method in the order of first appearance. PMD, mean, MaxDist, ELR, EL, edge
-// ratio error and Chamfer are means over pairs; "median mm" and "p95 mm" are each pair's quantiles over its
-// vertices, averaged over pairs; "median PMD" is the median over pairs and "worst mm" the largest pair mean.
+// ratio error, Chamfer and centred PMD are means over pairs; "median mm" and "p95 mm" are each pair's
+// quantiles over its vertices, averaged over pairs; "median PMD" is the median over pairs and "worst mm" the
+// largest pair mean.
 std::string SummaryMarkdown(const std::vector<EvaluationRow>& rows);
 
 // One line per row after a header; SI units except where a column's name says otherwise.

@@ -48,6 +48,7 @@ TEST(CompareMeshes, TranslationCountsFullyAndChangesNoEdge) {
   moved.rowwise() += Eigen::RowVector3f(0.03f, 0, 0.04f);
   const MeshErrors errors = CompareMeshes(moved, square.positions, square.faces);
   EXPECT_NEAR(errors.pmd, 0.0025, 1e-8);
+  EXPECT_NEAR(errors.centred_pmd, 0, 1e-8);
   EXPECT_NEAR(errors.mean_mm, 50, 1e-4);
   EXPECT_NEAR(errors.max_dist, 0.05, 1e-7);
   EXPECT_NEAR(errors.elr, 0, 1e-6);
@@ -69,6 +70,7 @@ TEST(CompareMeshes, OneMovedVertex) {
   moved(1, 0) = 1.5f;
   const MeshErrors errors = CompareMeshes(moved, square.positions, square.faces);
   EXPECT_NEAR(errors.pmd, 0.0625, 1e-12);
+  EXPECT_NEAR(errors.centred_pmd, 0.0625 - 0.125 * 0.125, 1e-12);  // the centroids are 0.5 / 4 apart
   EXPECT_NEAR(errors.mean_mm, 125, 1e-9);
   EXPECT_NEAR(errors.max_dist, 0.5, 1e-12);
   EXPECT_NEAR(errors.elr, 0.75, 1e-12);
