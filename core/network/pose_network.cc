@@ -5,7 +5,7 @@
 #include "core/network/gather.h"
 #include "core/network/norm_leaky.h"
 #include "core/network/product.h"
-#include "core/network/skeletal_networks.h"
+#include "core/network/skinning_pool.h"
 
 namespace stance {
 namespace {

@@ -1,30 +1,12 @@
 #include "core/network/skeletal_networks.h"
 
 #include "core/network/knn.h"
+#include "core/network/skinning_pool.h"
 
 namespace stance {
 namespace {
 
 constexpr int64_t kWidths[] = {3, 64, 128, 256};
-
-// The joints' one-ring (parent and children), padded with the joint itself, for `meshes` stacked skeletons.
-torch::Tensor JointRing(int64_t meshes, torch::Device device) {
-  const Skeleton& skeleton = HumanSkeleton();
-  std::vector<std::vector<int>> ring(kHumanJoints);
-  size_t width = 0;
-  for (int j = 0; j < kHumanJoints; ++j) {
-    ring[j] = skeleton.children(j);
-    if (j > 0) ring[j].push_back(skeleton.parents()[j]);
-    width = std::max(width, ring[j].size());
-  }
-  auto table = torch::empty({kHumanJoints, static_cast<int64_t>(width)}, torch::kInt32);
-  auto access = table.accessor<int32_t, 2>();
-  for (int j = 0; j < kHumanJoints; ++j) {
-    for (size_t i = 0; i < width; ++i) access[j][i] = i < ring[j].size() ? ring[j][i] : j;
-  }
-  const auto base = torch::arange(meshes, torch::kInt32).mul_(kHumanJoints).reshape({meshes, 1, 1});
-  return (table.unsqueeze(0) + base).reshape({meshes * kHumanJoints, -1}).to(device);
-}
 
 }  // namespace
 
@@ -117,39 +99,17 @@ torch::Tensor WeightNetworkImpl::ForwardPlain(const PointBatch& batch) {
   return Head(batch, stack->ForwardPlain(batch), nullptr);
 }
 
-torch::Tensor SkinningPool(const torch::Tensor& features, const torch::Tensor& weights,
-                           const std::vector<int64_t>& offsets) {
-  // Split, not sliced: the gradient of each slice would be as large as the whole.
-  const std::vector<int64_t> sizes = RowsPerMesh(offsets);
-  const auto weights_of = weights.split_with_sizes(sizes), features_of = features.split_with_sizes(sizes);
-  std::vector<torch::Tensor> pooled;
-  for (size_t mesh = 0; mesh < sizes.size(); ++mesh) {
-    const auto& w = weights_of[mesh];
-    pooled.push_back(torch::mm(w.t(), features_of[mesh]) / w.sum(0).clamp_min(1e-6).unsqueeze(1));
-  }
-  return torch::stack(pooled);
-}
-
 JointNetworkImpl::JointNetworkImpl() {
   stack = register_module("stack", GkStack(/*batch_norm=*/false));
-  const int64_t widths[] = {GkStackImpl::kChannels, 256, 128, 64};
-  for (int i = 0; i < 3; ++i) joint_layers->push_back(EdgeConv(widths[i], widths[i + 1], false));
-  register_module("joint_layers", joint_layers);
+  joint_layers = register_module(
+      "joint_layers", SkeletonEdgeConv(GkStackImpl::kChannels, std::vector<int64_t>{256, 128, 64}));
   mlp1 = register_module("mlp1", LinearNorm(256 + 128 + 64, 512, false));
   mlp2 = register_module("mlp2", LinearNorm(512, 256, false));
   out = register_module("out", torch::nn::Linear(256, 3));
 }
 
 torch::Tensor JointNetworkImpl::Joints(const torch::Tensor& pooled) {
-  const int64_t meshes = pooled.size(0);
-  const auto ring = JointRing(meshes, pooled.device());
-  auto x = pooled.reshape({meshes * kHumanJoints, -1});
-  std::vector<torch::Tensor> features;
-  for (size_t i = 0; i < joint_layers->size(); ++i) {
-    x = joint_layers->at<EdgeConvImpl>(i).forward(x, ring);
-    features.push_back(x);
-  }
-  return out(mlp2(mlp1(torch::cat(features, 1)))).reshape({meshes, kHumanJoints, 3});
+  return out(mlp2(mlp1(joint_layers(pooled).flatten(0, 1)))).reshape({pooled.size(0), kHumanJoints, 3});
 }
 
 torch::Tensor JointNetworkImpl::forward(const PointBatch& batch, const torch::Tensor& weights) {

@@ -4,6 +4,7 @@
 #include <torch/torch.h>
 
 #include "core/network/edge_conv.h"
+#include "core/network/skeleton_edge_conv.h"
 #include "core/network/tensors.h"
 #include "core/skeleton/skeleton.h"
 
@@ -41,11 +42,6 @@ class WeightNetworkImpl : public torch::nn::Module {
 };
 TORCH_MODULE(WeightNetwork);
 
-// C'_j = sum_i W_ij V'_i / sum_i W_ij per mesh (paper A, section 3.1.2): features (N, C), weights (N, J) ->
-// (B, J, C). A joint without vertices gets zeros.
-torch::Tensor SkinningPool(const torch::Tensor& features, const torch::Tensor& weights,
-                           const std::vector<int64_t>& offsets);
-
 // f_J: joints from points and rigid weights (section 3.1.2). -> (B, 24, 3), normalised as the points are.
 // Joint convolutions over the skeleton's own one-ring 451 -> 256 -> 128 -> 64, concatenated (448), then
 // 448 -> 512 -> 256 -> 3.
@@ -56,7 +52,7 @@ class JointNetworkImpl : public torch::nn::Module {
   torch::Tensor ForwardPlain(const PointBatch& batch, const torch::Tensor& weights);
 
   GkStack stack{nullptr};
-  torch::nn::ModuleList joint_layers;
+  SkeletonEdgeConv joint_layers{nullptr};
   LinearNorm mlp1{nullptr}, mlp2{nullptr};
   torch::nn::Linear out{nullptr};
 

@@ -112,13 +112,6 @@ TEST_F(TrainedLike, RowsOfTheHeadEqualThoseOfTheWhole) {
       1e-4);
 }
 
-TEST(SkinningPool, IsTheWeightedMeanAndZeroWithoutVertices) {
-  const auto features = torch::tensor({{1.0f, 10.0f}, {3.0f, 30.0f}, {5.0f, 50.0f}});
-  const auto weights = torch::tensor({{1.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}});
-  const auto pooled = SkinningPool(features, weights, {0, 3});
-  EXPECT_TRUE(pooled.allclose(torch::tensor({{{2.0f, 20.0f}, {5.0f, 50.0f}, {0.0f, 0.0f}}})));
-}
-
 TEST(RigidWeights, AreOneHotAtTheLargestLogit) {
   const auto logits = torch::randn({50, kHumanJoints});
   const auto rigid = RigidWeights(logits);
