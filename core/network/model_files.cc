@@ -76,7 +76,7 @@ absl::StatusOr<ModelManifest> ReadManifest(const std::filesystem::path& dir) {
   } catch (const json::exception& error) {
     return bad(error.what());
   }
-  if (result.method != kSkeletalMethod && result.method != kStanceMethod)
+  if (result.method != kSkeletalMethod && result.method != kStanceMethod && result.method != kNeuralMethod)
     return bad(fmt::format("method '{}' is unknown", result.method));
   if (result.samples < 64 || result.samples > 100'000)
     return bad(fmt::format("samples = {}", result.samples));

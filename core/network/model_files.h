@@ -16,6 +16,9 @@ inline constexpr char kJointNetworkPrefix[] = "f_j.";
 inline constexpr char kPoseNetworkPrefix[] = "pose.";
 // Of the network that refines what it finds; models may lack it.
 inline constexpr char kRefinementNetworkPrefix[] = "refinement.";
+// Of METHOD_NEURAL's branches.
+inline constexpr char kRiggingBranchPrefix[] = "rigging.";
+inline constexpr char kTransferBranchPrefix[] = "transfer.";
 
 // Reads the weights file that the manifest names; DATA_LOSS if its checksum differs.
 absl::StatusOr<TensorMap> ReadWeights(const std::filesystem::path& dir, const ModelManifest& manifest);

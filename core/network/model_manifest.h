@@ -12,6 +12,7 @@ namespace stance {
 // ModelManifest::method.
 inline constexpr char kSkeletalMethod[] = "skeletal";
 inline constexpr char kStanceMethod[] = "stance";
+inline constexpr char kNeuralMethod[] = "neural";
 
 // Platt scaling of a model's confidences: p becomes sigmoid(scale logit(p) + bias). What
 // `stance-eval confidence` fits.
