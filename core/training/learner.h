@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/network/pose_model.h"
+#include "core/network/rigging_branch.h"
 #include "core/training/batch_stream.h"
 #include "core/training/character_generator.h"
 #include "core/training/checkpoint.h"
@@ -71,5 +72,9 @@ std::unique_ptr<Learner> MakeSkeletalLearner(const CharacterGenerator& generator
 // With `first`, of the stage "refinement": the model whose first network unposes the characters.
 std::unique_ptr<Learner> MakePoseLearner(const CharacterGenerator& generator, const TrainingOptions& options,
                                          std::unique_ptr<const PoseModel> first = nullptr);
+// `rigging`: of the stage "transfer", the branch as the stage before has left it; otherwise where it begins.
+std::unique_ptr<Learner> MakeNeuralLearner(const CharacterGenerator& generator,
+                                           const TrainingOptions& options,
+                                           RiggingBranch rigging = RiggingBranch());
 
 }  // namespace stance

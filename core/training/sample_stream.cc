@@ -26,8 +26,7 @@ Sample MakeSample(const CharacterGenerator& generator, const SampleOptions& opti
 
 }  // namespace
 
-Character MakeTrainingCharacter(const CharacterGenerator& generator, const SampleOptions& options,
-                                int64_t index) {
+CharacterOptions TrainingCharacterOptions(const SampleOptions& options, int64_t index) {
   Random random(options.seed ^ 0x5a17'9d3fULL, static_cast<uint64_t>(index));
   CharacterOptions character_options;
   character_options.split = options.split;
@@ -42,7 +41,12 @@ Character MakeTrainingCharacter(const CharacterGenerator& generator, const Sampl
     character_options.noise = noise[random.Below(5)];
     if (random.Chance(kHoledShare)) character_options.holes = 1 + static_cast<int>(random.Below(kMostHoles));
   }
-  return generator.Make(options.seed, index, character_options);
+  return character_options;
+}
+
+Character MakeTrainingCharacter(const CharacterGenerator& generator, const SampleOptions& options,
+                                int64_t index) {
+  return generator.Make(options.seed, index, TrainingCharacterOptions(options, index));
 }
 
 std::vector<int32_t> LabelsOfSamples(const Character& character, const SurfaceSamples& samples) {

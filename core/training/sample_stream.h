@@ -32,6 +32,9 @@ struct SampleOptions {
   double rigged_share = 0;  // CharacterOptions::rigged_share
 };
 
+// How the index-th character of the stream, or both of its pair, is to be scaled and roughened.
+CharacterOptions TrainingCharacterOptions(const SampleOptions& options, int64_t index);
+
 // The index-th character of the stream, posed, scaled and roughened as the options say.
 Character MakeTrainingCharacter(const CharacterGenerator& generator, const SampleOptions& options,
                                 int64_t index);

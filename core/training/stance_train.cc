@@ -11,6 +11,7 @@
 
 #include "core/base/allocator.h"
 #include "core/mesh/mesh_io.h"
+#include "core/network/neural_model.h"
 #include "core/network/pose_model.h"
 #include "core/network/product.h"
 #include "core/network/skeletal_model.h"
@@ -55,6 +56,24 @@ int Finish(const absl::Status& status) {
   return 1;
 }
 
+absl::Status WriteUntrained(const std::string& out, uint64_t seed, const stance::ModelManifest& manifest) {
+  if (manifest.method == stance::kStanceMethod) return stance::PoseModel::WriteUntrained(out, seed, manifest);
+  if (manifest.method == stance::kNeuralMethod)
+    return stance::NeuralModel::WriteUntrained(out, seed, manifest);
+  return stance::SkeletalModel::WriteUntrained(out, seed, manifest);
+}
+
+// The stage of that name; of the method, too, unless that is empty.
+absl::StatusOr<stance::TrainingStage> FindStage(const std::string& name, const std::string& method) {
+  STANCE_ASSIGN_OR_RETURN(const stance::TrainingStage stage, stance::TrainingStageFromName(name));
+  const std::string own = stance::TrainingStageMethod(stage);
+  if (!method.empty() && method != own) {
+    return absl::InvalidArgumentError(
+        fmt::format("stage '{}' is one of the method '{}', not of '{}'", name, own, method));
+  }
+  return stage;
+}
+
 void Report(const std::string& line) {
   fmt::print("{}\n", line);
   std::fflush(stdout);
@@ -83,7 +102,7 @@ int main(int argc, char** argv) {
   init->add_option("-o,--out", out, "The model directory to write")->required();
   init->add_option("--seed", seed, "Seed of the random weights")->capture_default_str();
   init->add_option("--method", manifest.method, "The method whose networks to write")
-      ->check(CLI::IsMember({stance::kSkeletalMethod, stance::kStanceMethod}))
+      ->check(CLI::IsMember({stance::kSkeletalMethod, stance::kStanceMethod, stance::kNeuralMethod}))
       ->capture_default_str();
   init->add_option("--name", manifest.name, "The model's name")->capture_default_str();
   init->add_option("--samples", manifest.samples, "Surface samples per mesh")->capture_default_str();
@@ -110,22 +129,28 @@ int main(int argc, char** argv) {
   std::optional<int64_t> batch;
   std::optional<double> learning_rate;
   std::optional<bool> bfloat16;
-  std::string stage = "weights";
+  std::string method, stage = "weights";
   auto* run = app.add_subcommand("run", "Run one training stage, or continue it");
   run->add_option("--data", data, "Pack written by 'stance-train pack'")->required();
-  run->add_option("--stage", stage,
-                  "weights (f_C), joints (f_J with true weights), both, pose (METHOD_STANCE), or refinement "
-                  "(its second look)")
+  run->add_option("--method", method, "The method that --stage must be one of; no two share a stage's name")
+      ->check(CLI::IsMember({stance::kSkeletalMethod, stance::kStanceMethod, stance::kNeuralMethod}));
+  run->add_option(
+         "--stage", stage,
+         "skeletal: weights (f_C), joints (f_J with true weights), both; stance: pose, refinement (its "
+         "second look); neural: rigging, transfer, whole")
       ->capture_default_str();
   run->add_option("--work", options.work_dir, "Folder for checkpoints, log and plot")->required();
   run->add_option("--start-from", options.start_from,
                   "Folder of another run whose weights of the stage are the first ones");
   run->add_option("--seed", options.seed, "Seed of weights and samples")->capture_default_str();
   run->add_option("--points", options.samples_per_mesh, "Surface samples per mesh")->capture_default_str();
-  run->add_option("--batch", batch, "Characters per step [8; stage both: 4]");
-  run->add_option("--samples", options.total_samples, "Characters seen in all")->capture_default_str();
-  run->add_option("--lr", learning_rate,
-                  "Adam's learning rate at the start [1e-3; both: 2e-4; pose: 2e-3; refinement: 6e-4]");
+  run->add_option("--batch", batch, "Characters per step, of neural's stages pairs [8; both and whole: 4]");
+  run->add_option("--samples", options.total_samples, "Characters, or pairs, seen in all")
+      ->capture_default_str();
+  run->add_option(
+      "--lr", learning_rate,
+      "Adam's learning rate at the start [1e-3; both: 2e-4; pose: 2e-3; refinement: 6e-4; rigging: "
+      "1e-4; transfer and whole: 5e-5]");
   run->add_option("--final-lr", options.final_rate, "Fraction of it at the end of the cosine")
       ->capture_default_str();
   run->add_option("--loss-points", options.loss_points, "Points per mesh in f_C's loss")
@@ -137,7 +162,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   run->add_flag("--bf16,!--no-bf16", bfloat16,
-                "Products in bfloat16 in those stages [where the CPU has AMX, and on CUDA]");
+                "Products in bfloat16 in stages pose and refinement [where the CPU has AMX, and on CUDA]");
   run->add_option("--threads", options.threads, "Threads of the networks")->capture_default_str();
   run->add_option("--generator-threads", options.generator_threads, "Threads that make samples")
       ->capture_default_str();
@@ -151,9 +176,9 @@ int main(int argc, char** argv) {
   save->add_option("--work", work, "Folder of the training run")->required();
   save->add_option("-o,--out", out, "The model directory to write")->required();
   save->add_option("--method", exported.method, "The method whose networks to write")
-      ->check(CLI::IsMember({stance::kSkeletalMethod, stance::kStanceMethod}))
+      ->check(CLI::IsMember({stance::kSkeletalMethod, stance::kStanceMethod, stance::kNeuralMethod}))
       ->capture_default_str();
-  save->add_option("--name", exported.name, "The model's name [skeletal-human24 or stance-human24]");
+  save->add_option("--name", exported.name, "The model's name [the method's with -human24]");
   save->add_option("--model-version", exported.version, "The model's version")->capture_default_str();
 
   CLI11_PARSE(app, argc, argv);
@@ -162,9 +187,7 @@ int main(int argc, char** argv) {
     return Finish(WritePack(mpfb, bvh, rigged, out));
   }
   if (*init) {
-    return Finish(manifest.method == stance::kStanceMethod
-                      ? stance::PoseModel::WriteUntrained(out, seed, manifest)
-                      : stance::SkeletalModel::WriteUntrained(out, seed, manifest));
+    return Finish(WriteUntrained(out, seed, manifest));
   }
   if (exported.name.empty()) exported.name = exported.method + "-human24";
   if (*save) return Finish(stance::ExportModel(work, out, exported));
@@ -174,7 +197,7 @@ int main(int argc, char** argv) {
                       ? WriteCharacter(**generator, seed, index, vertices, options.rigged_share, mix, out)
                       : generator.status());
   }
-  auto parsed = stance::TrainingStageFromName(stage);
+  auto parsed = FindStage(stage, method);
   if (!parsed.ok()) return Finish(parsed.status());
   const stance::TrainingOptions defaults = stance::DefaultTrainingOptions(*parsed);
   options.stage = *parsed;

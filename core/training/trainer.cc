@@ -3,16 +3,20 @@
 #include <ATen/Parallel.h>
 #include <fmt/format.h>
 
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 #include "core/network/model_files.h"
 #include "core/network/pose_network.h"
+#include "core/network/rigging_branch.h"
 #include "core/network/skeletal_networks.h"
+#include "core/network/transfer_branch.h"
 #include "core/training/checkpoint.h"
 #include "core/training/learner.h"
 #include "core/training/training_log.h"
@@ -28,6 +32,11 @@ std::filesystem::path CheckpointPath(const std::filesystem::path& dir, TrainingS
 }
 
 constexpr double kLongestGradient = 2;
+
+// What a stage counts.
+const char* Unit(TrainingStage stage) {
+  return TrainingStageMethod(stage) == kNeuralMethod ? "pairs" : "characters";
+}
 
 double CosineRate(const TrainingOptions& options, int64_t seen) {
   const double done = std::min(1.0, static_cast<double>(seen) / static_cast<double>(options.total_samples));
@@ -47,22 +56,31 @@ absl::Status CheckSameSamples(const std::filesystem::path& checkpoint, const Tra
       found.samples_per_mesh, found.max_ring, expected.samples_per_mesh, expected.max_ring));
 }
 
-// Loads the checkpoints of the first two stages into `modules` ("f_c", "f_j"), which both must have seen the
-// same meshes; returns the second's progress.
-absl::StatusOr<TrainingProgress> LoadStages(const std::filesystem::path& dir, const NamedModules& modules,
-                                            torch::Device device) {
+// Loads a module as its stage has left it.
+absl::StatusOr<TrainingProgress> LoadStage(const std::filesystem::path& dir, TrainingStage stage,
+                                           const NamedModules::value_type& module, torch::Device device) {
+  const auto loaded = LoadCheckpoint(CheckpointPath(dir, stage), {module}, nullptr, device);
+  if (loaded.ok()) return loaded;
+  return absl::FailedPreconditionError(fmt::format("stage '{}' must have been trained: {}",
+                                                   TrainingStageName(stage),
+                                                   std::string(loaded.status().message())));
+}
+
+// Two stages that each train one of the modules that a third goes on with.
+using StagePair = std::array<TrainingStage, 2>;
+constexpr StagePair kBeforeBoth = {TrainingStage::kWeights, TrainingStage::kJoints};
+constexpr StagePair kBeforeWhole = {TrainingStage::kRigging, TrainingStage::kTransfer};
+
+// Loads the stages' checkpoints into `modules`, one each, which must have seen the same meshes; returns the
+// second's progress.
+absl::StatusOr<TrainingProgress> LoadStages(const std::filesystem::path& dir, const StagePair& stages,
+                                            const NamedModules& modules, torch::Device device) {
   std::optional<TrainingProgress> progress;
-  for (const TrainingStage stage : {TrainingStage::kWeights, TrainingStage::kJoints}) {
-    const auto& module = modules[stage == TrainingStage::kWeights ? 0 : 1];
-    const auto path = CheckpointPath(dir, stage);
-    const auto loaded = LoadCheckpoint(path, {module}, nullptr, device);
-    if (!loaded.ok()) {
-      return absl::FailedPreconditionError(fmt::format("stage '{}' must have been trained: {}",
-                                                       TrainingStageName(stage),
-                                                       std::string(loaded.status().message())));
-    }
-    if (progress) STANCE_RETURN_IF_ERROR(CheckSameSamples(path, *loaded, *progress));
-    progress = *loaded;
+  for (const size_t i : {0, 1}) {
+    const auto path = CheckpointPath(dir, stages[i]);
+    STANCE_ASSIGN_OR_RETURN(const TrainingProgress loaded, LoadStage(dir, stages[i], modules[i], device));
+    if (progress) STANCE_RETURN_IF_ERROR(CheckSameSamples(path, loaded, *progress));
+    progress = loaded;
   }
   return *progress;
 }
@@ -107,7 +125,8 @@ absl::Status CheckOptions(const TrainingOptions& options) {
   return absl::OkStatus();
 }
 
-// Stage "refinement" sees what the first network, as exported, makes of the characters.
+// Stage "refinement" sees what the first network, as exported, makes of the characters, and stage "transfer"
+// what the rigging branch finds in them.
 absl::StatusOr<std::unique_ptr<Learner>> MakeLearner(const CharacterGenerator& generator,
                                                      const TrainingOptions& options) {
   switch (options.stage) {
@@ -125,6 +144,18 @@ absl::StatusOr<std::unique_ptr<Learner>> MakeLearner(const CharacterGenerator& g
       STANCE_RETURN_IF_ERROR(CheckSameSamples(CheckpointPath(options.work_dir, TrainingStage::kPose), seen,
                                               {0, options.samples_per_mesh, options.max_ring, 0}));
       return MakePoseLearner(generator, options, std::move(first));
+    }
+    case TrainingStage::kRigging:
+    case TrainingStage::kWhole:
+      return MakeNeuralLearner(generator, options);
+    case TrainingStage::kTransfer: {
+      RiggingBranch rigging;
+      STANCE_ASSIGN_OR_RETURN(
+          const TrainingProgress seen,
+          LoadStage(options.work_dir, TrainingStage::kRigging, {"rigging", rigging.ptr()}, torch::kCPU));
+      STANCE_RETURN_IF_ERROR(CheckSameSamples(CheckpointPath(options.work_dir, TrainingStage::kRigging), seen,
+                                              {0, options.samples_per_mesh, options.max_ring, 0}));
+      return MakeNeuralLearner(generator, options, std::move(rigging));
     }
     default:
       return MakeSkeletalLearner(generator, options);
@@ -166,7 +197,8 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
   if (auto resumed = LoadCheckpoint(checkpoint, modules, &optimizer, device); resumed.ok()) {
     STANCE_RETURN_IF_ERROR(CheckSameSamples(checkpoint, *resumed, progress));
     progress = *resumed;
-    report(fmt::format("resuming {} at {} characters", TrainingStageName(options.stage), progress.seen));
+    report(fmt::format("resuming {} at {} {}", TrainingStageName(options.stage), progress.seen,
+                       Unit(options.stage)));
   } else if (resumed.status().code() != absl::StatusCode::kNotFound) {
     return resumed.status();
   } else if (!options.start_from.empty()) {
@@ -175,10 +207,11 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
   } else if (options.stage == TrainingStage::kRefinement) {
     STANCE_RETURN_IF_ERROR(
         StartFrom(CheckpointPath(options.work_dir, TrainingStage::kPose), modules, device, report));
-  } else if (options.stage == TrainingStage::kBoth) {
-    STANCE_ASSIGN_OR_RETURN(const TrainingProgress stages, LoadStages(options.work_dir, modules, device));
-    STANCE_RETURN_IF_ERROR(
-        CheckSameSamples(CheckpointPath(options.work_dir, TrainingStage::kJoints), stages, progress));
+  } else if (options.stage == TrainingStage::kBoth || options.stage == TrainingStage::kWhole) {
+    const StagePair& before = options.stage == TrainingStage::kBoth ? kBeforeBoth : kBeforeWhole;
+    STANCE_ASSIGN_OR_RETURN(const TrainingProgress stages,
+                            LoadStages(options.work_dir, before, modules, device));
+    STANCE_RETURN_IF_ERROR(CheckSameSamples(CheckpointPath(options.work_dir, before[1]), stages, progress));
   }
 
   learner->Start(progress.seen);
@@ -197,11 +230,11 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
     const double gradient = optimizer.Step(rate, kLongestGradient);
     const auto loss = step.loss.item<double>();
     if (!std::isfinite(loss) || !std::isfinite(gradient)) {
-      return absl::InternalError(
-          fmt::format("stage '{}' after {} characters: the loss ({}) or its gradient ({}) is not finite; a "
-                      "smaller learning "
-                      "rate than {} may help; the last checkpoint is kept",
-                      TrainingStageName(options.stage), progress.seen, loss, gradient, rate));
+      return absl::InternalError(fmt::format(
+          "stage '{}' after {} {}: the loss ({}) or its gradient ({}) is not finite; a "
+          "smaller learning "
+          "rate than {} may help; the last checkpoint is kept",
+          TrainingStageName(options.stage), progress.seen, Unit(options.stage), loss, gradient, rate));
     }
     progress.seen += options.batch_size;
     ++steps;
@@ -256,12 +289,14 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
 }  // namespace
 
 absl::StatusOr<TrainingStage> TrainingStageFromName(const std::string& name) {
+  std::vector<std::string> names;
   for (const auto stage : {TrainingStage::kWeights, TrainingStage::kJoints, TrainingStage::kBoth,
-                           TrainingStage::kPose, TrainingStage::kRefinement}) {
-    if (name == TrainingStageName(stage)) return stage;
+                           TrainingStage::kPose, TrainingStage::kRefinement, TrainingStage::kRigging,
+                           TrainingStage::kTransfer, TrainingStage::kWhole}) {
+    names.push_back(TrainingStageName(stage));
+    if (name == names.back()) return stage;
   }
-  return absl::InvalidArgumentError(
-      fmt::format("stage '{}' is none of weights, joints, both, pose, refinement", name));
+  return absl::InvalidArgumentError(fmt::format("stage '{}' is none of {}", name, fmt::join(names, ", ")));
 }
 
 std::string TrainingStageName(TrainingStage stage) {
@@ -276,6 +311,29 @@ std::string TrainingStageName(TrainingStage stage) {
       return "pose";
     case TrainingStage::kRefinement:
       return "refinement";
+    case TrainingStage::kRigging:
+      return "rigging";
+    case TrainingStage::kTransfer:
+      return "transfer";
+    case TrainingStage::kWhole:
+      return "whole";
+  }
+  return "";
+}
+
+std::string TrainingStageMethod(TrainingStage stage) {
+  switch (stage) {
+    case TrainingStage::kWeights:
+    case TrainingStage::kJoints:
+    case TrainingStage::kBoth:
+      return kSkeletalMethod;
+    case TrainingStage::kPose:
+    case TrainingStage::kRefinement:
+      return kStanceMethod;
+    case TrainingStage::kRigging:
+    case TrainingStage::kTransfer:
+    case TrainingStage::kWhole:
+      return kNeuralMethod;
   }
   return "";
 }
@@ -290,6 +348,13 @@ TrainingOptions DefaultTrainingOptions(TrainingStage stage) {
     options.learning_rate = 2e-3;
   } else if (stage == TrainingStage::kRefinement) {
     options.learning_rate = 6e-4;  // its network starts as a trained one
+  } else if (stage == TrainingStage::kRigging) {
+    options.learning_rate = 1e-4;
+  } else if (stage == TrainingStage::kTransfer) {
+    options.learning_rate = 5e-5;
+  } else if (stage == TrainingStage::kWhole) {
+    options.batch_size = 4;
+    options.learning_rate = 5e-5;
   }
   return options;
 }
@@ -326,12 +391,20 @@ absl::Status ExportModel(const std::filesystem::path& work_dir, const std::files
     } else if (!absl::IsNotFound(refined)) {
       return refined;
     }
+  } else if (manifest.method == kNeuralMethod) {
+    RiggingBranch rigging;
+    TransferBranch transfer;
+    const NamedModules both = {{"rigging", rigging.ptr()}, {"transfer", transfer.ptr()}};
+    progress = LoadCheckpoint(CheckpointPath(work_dir, TrainingStage::kWhole), both, nullptr, torch::kCPU);
+    if (absl::IsNotFound(progress.status())) progress = LoadStages(work_dir, kBeforeWhole, both, torch::kCPU);
+    tensors = ModuleTensors(*rigging, kRiggingBranchPrefix, /*half=*/true);
+    tensors.merge(ModuleTensors(*transfer, kTransferBranchPrefix, /*half=*/true));
   } else {
     WeightNetwork weights;
     JointNetwork joints;
     const NamedModules both = {{"f_c", weights.ptr()}, {"f_j", joints.ptr()}};
     progress = LoadCheckpoint(CheckpointPath(work_dir, TrainingStage::kBoth), both, nullptr, torch::kCPU);
-    if (absl::IsNotFound(progress.status())) progress = LoadStages(work_dir, both, torch::kCPU);
+    if (absl::IsNotFound(progress.status())) progress = LoadStages(work_dir, kBeforeBoth, both, torch::kCPU);
     tensors = ModuleTensors(*weights, kWeightNetworkPrefix, /*half=*/true);
     tensors.merge(ModuleTensors(*joints, kJointNetworkPrefix, /*half=*/true));
   }
