@@ -7,11 +7,14 @@
 #include <utility>
 
 #include "core/network/model_manifest.h"
+#include "core/network/neural_model.h"
 #include "core/network/pose_model.h"
 #include "core/network/skeletal_model.h"
 #include "core/transfer/bone_rotation_solver.h"
 #include "core/transfer/diffusion_smoother.h"
 #include "core/transfer/learned_rotation_solver.h"
+#include "core/transfer/neural_deformer.h"
+#include "core/transfer/neural_rigger.h"
 #include "core/transfer/pose_rigger.h"
 #include "core/transfer/screened_weights.h"
 #include "core/transfer/skeletal_rigger.h"
@@ -66,6 +69,27 @@ class StanceMethod : public LoadedMethod {
   const PoseRigger rigger_;
 };
 
+class NeuralMethod : public LoadedMethod {
+ public:
+  NeuralMethod(std::unique_ptr<NeuralModel> model, const PipelineOptions& options)
+      : LoadedMethod(InfoOf(Method::kNeural, *model)),
+        model_(std::move(model)),
+        rigger_(*model_, options.threads),
+        deformer_(*model_) {}
+
+  const Rigger& rigger() const override { return rigger_; }
+  std::unique_ptr<PoseSolver> MakeSolver(const TransferOptions&) const override { return nullptr; }
+  const PairDeformer* deformer() const override { return &deformer_; }
+  std::unique_ptr<WeightSmoother> MakeWeightSmoother(const TransferOptions&) const override {
+    return std::make_unique<ScreenedSmoother>();
+  }
+
+ private:
+  const std::unique_ptr<NeuralModel> model_;
+  const NeuralRigger rigger_;
+  const NeuralDeformer deformer_;
+};
+
 bool HoldsModel(const std::filesystem::path& folder) {
   std::error_code error;
   return std::filesystem::exists(folder / "manifest.json", error);
@@ -89,11 +113,15 @@ std::vector<std::filesystem::path> ModelFolders(const std::filesystem::path& fol
 absl::StatusOr<std::unique_ptr<LoadedMethod>> LoadedMethod::Load(const std::filesystem::path& model_dir,
                                                                  const PipelineOptions& options) {
   STANCE_ASSIGN_OR_RETURN(const ModelManifest manifest, ReadManifest(model_dir));
+  if (options.full_resolution && manifest.method != kSkeletalMethod) {
+    return absl::InvalidArgumentError(
+        fmt::format("full_resolution: the method '{}' has none", manifest.method));
+  }
+  if (manifest.method == kNeuralMethod) {
+    STANCE_ASSIGN_OR_RETURN(std::unique_ptr<NeuralModel> model, NeuralModel::Load(model_dir));
+    return std::make_unique<NeuralMethod>(std::move(model), options);
+  }
   if (manifest.method == kStanceMethod) {
-    if (options.full_resolution) {
-      return absl::InvalidArgumentError(
-          fmt::format("full_resolution: the method '{}' has none", kStanceMethod));
-    }
     STANCE_ASSIGN_OR_RETURN(std::unique_ptr<PoseModel> model, PoseModel::Load(model_dir));
     return std::make_unique<StanceMethod>(std::move(model), options);
   }

@@ -13,16 +13,18 @@ std::string MethodName(Method method) {
       return kSkeletalMethod;
     case Method::kStance:
       return kStanceMethod;
+    case Method::kNeural:
+      return kNeuralMethod;
   }
   return "";
 }
 
 absl::StatusOr<Method> MethodFromName(const std::string& name) {
-  for (const Method method : {Method::kSkeletal, Method::kStance}) {
+  for (const Method method : {Method::kSkeletal, Method::kStance, Method::kNeural}) {
     if (name == MethodName(method)) return method;
   }
   return absl::InvalidArgumentError(
-      fmt::format("method '{}' is unknown; known: {}, {}", name, kSkeletalMethod, kStanceMethod));
+      fmt::format("method '{}' is unknown; known: {}, {}, {}", name, kSkeletalMethod, kStanceMethod, kNeuralMethod));
 }
 
 absl::Status CheckOptions(const TransferOptions& options) {

@@ -12,6 +12,7 @@ namespace stance {
 enum class Method {
   kSkeletal,  // paper A: rigid weights, Algorithm 1, diffusion, linear blend skinning
   kStance,    // our own: soft weights and rotations by one network, screened weights, linear blend skinning
+  kNeural,    // paper B: sparse soft weights, joints' latents, a decoder in place of linear blend skinning
 };
 
 // The method's name in commands and configuration: "skeletal".

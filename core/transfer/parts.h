@@ -34,6 +34,9 @@ struct Rig {
   Points bones{};
   std::vector<Rotation> rotations{};
   Eigen::VectorXf confidence{};
+  // (J, C) what the rigger's networks know of each joint beyond its place: for the PairDeformer that shares
+  // them. Empty where there is none.
+  RowMatrix features{};
 };
 
 // Seconds spent in each phase of one request (its share, where a phase ran for a whole batch).
@@ -83,6 +86,17 @@ class Deformer {
   virtual ~Deformer() = default;
   virtual Points Deform(const Points& vertices, const RowMatrix& weights,
                         std::span<const AffineTransform> transforms) const = 0;
+};
+
+// Two rigged characters to the source in the reference's pose, for methods that deform without transforms.
+class PairDeformer {
+ public:
+  virtual ~PairDeformer() = default;
+
+  // The places (V, 3) of the source's vertices (V, 3), with their smooth weights (V, J), in the reference's
+  // pose; all in the source's frame and unit, and the root joint where it is. Uses up to `threads` threads.
+  virtual absl::StatusOr<Points> Deform(const Points& vertices, const RowMatrix& weights, const Rig& source,
+                                        const Rig& reference, int threads) const = 0;
 };
 
 }  // namespace stance

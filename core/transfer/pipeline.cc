@@ -3,16 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "core/base/stopwatch.h"
 #include "core/base/threads.h"
+#include "core/mesh/measure.h"
 #include "core/mesh/weld.h"
 #include "core/transfer/confidence.h"
 #include "core/transfer/diffusion_smoother.h"
 #include "core/transfer/linear_blend_skinning.h"
 #include "core/transfer/loaded_method.h"
 #include "core/transfer/placement.h"
+#include "core/transfer/rotation_fit.h"
 #include "core/transfer/up_axis.h"
 
 namespace stance {
@@ -39,9 +42,17 @@ absl::StatusOr<Input> Prepare(const TriangleMesh& mesh, UpAxis up, const MeshLim
   return input;
 }
 
-RowMatrix Unweld(const RowMatrix& rows, const std::vector<int32_t>& welded_row) {
-  RowMatrix out(static_cast<int64_t>(welded_row.size()), rows.cols());
+template <typename Matrix>
+Matrix Unweld(const Matrix& rows, const std::vector<int32_t>& welded_row) {
+  Matrix out(static_cast<int64_t>(welded_row.size()), rows.cols());
   for (size_t v = 0; v < welded_row.size(); ++v) out.row(static_cast<int64_t>(v)) = rows.row(welded_row[v]);
+  return out;
+}
+
+// A row of those that share a welded vertex for each of `count` of them.
+RowMatrix Weld(const RowMatrix& rows, const std::vector<int32_t>& welded_row, int64_t count) {
+  RowMatrix out = RowMatrix::Zero(count, rows.cols());
+  for (size_t v = 0; v < welded_row.size(); ++v) out.row(welded_row[v]) = rows.row(static_cast<int64_t>(v));
   return out;
 }
 
@@ -102,13 +113,15 @@ class PipelineImpl : public Pipeline {
     }
     const std::vector<absl::StatusOr<Input>> inputs = RigAll(meshes);
     std::vector<absl::StatusOr<TransferResult>> results(jobs.size(), absl::InternalError("not run"));
+    // Several jobs share the threads, one has them all.
+    const int threads = jobs.size() > 1 ? 1 : options_.threads;
     ForEach(jobs.size(), [&](int64_t i) {
       const auto &source = inputs[2 * i], &reference = inputs[2 * i + 1];
       if (!source.ok() || !reference.ok()) {
         results[i] = source.ok() ? reference.status() : source.status();
         return;
       }
-      results[i] = TransferOne(jobs[i], *source, *reference);
+      results[i] = TransferOne(jobs[i], *source, *reference, threads);
     });
     return results;
   }
@@ -225,17 +238,44 @@ class PipelineImpl : public Pipeline {
     return result;
   }
 
+  // What gives the source the pose: global rotations, source -> target, and the vertices' places where the
+  // method has a deformer of its own. Of the welded mesh, y up.
+  struct Pose {
+    std::vector<Rotation> rotations;
+    std::optional<Points> positions{};
+  };
+
+  Pose SolvePose(const PoseSolver& solver, const Input& source, const Input& reference) const {
+    return {solver.Solve(skeleton(), source.mesh, source.rig, reference.mesh, reference.rig)};
+  }
+
+  // `weights`: of the source's file. The rotations are those that the deformed vertices show.
+  absl::StatusOr<Pose> DeformedPose(const PairDeformer& deformer, const Input& source, const Input& reference,
+                                    const RowMatrix& weights, int threads) const {
+    const TriangleMesh& mesh = source.mesh;
+    const RowMatrix welded = Weld(weights, source.welded_row, mesh.vertex_count());
+    STANCE_ASSIGN_OR_RETURN(Points moved, deformer.Deform(mesh.positions, welded, source.rig, reference.rig,
+                                                          threads));
+    if (!moved.allFinite()) return absl::InternalError("the deformed mesh is not finite");
+    const Eigen::VectorXd mass = VertexAreas(mesh.positions, mesh.faces);
+    std::vector<Rotation> rotations = FitRotations(skeleton(), {mesh.positions, moved, welded, mass});
+    return Pose{std::move(rotations), std::move(moved)};
+  }
+
+  // Turns the pose about the source's pelvis to where the target is to face.
+  static void Face(Facing facing, const Rig& source, Pose& pose) {
+    if (facing == Facing::kReference) return;
+    const Rotation turn = FacingTurn(AxesOf(source), pose.rotations[kPelvis]);
+    for (Rotation& rotation : pose.rotations) rotation = turn * rotation;
+    if (!pose.positions) return;
+    const Eigen::RowVector3f pelvis = source.joints.row(kPelvis);
+    *pose.positions = ((pose.positions->rowwise() - pelvis) * turn.transpose()).rowwise() + pelvis;
+  }
+
   // The transforms of the pose, in the source's own frame.
-  std::vector<AffineTransform> SolvePose(const LoadedMethod& method, const TransferOptions& options,
-                                         const Input& source, const Input& reference) const {
-    std::vector<Rotation> rotations =
-        method.MakeSolver(options)->Solve(skeleton(), source.mesh, source.rig, reference.mesh, reference.rig);
-    if (options.facing == Facing::kSource) {
-      const Rotation turn = FacingTurn(AxesOf(source.rig), rotations[kPelvis]);
-      for (Rotation& rotation : rotations) rotation = turn * rotation;
-    }
-    std::vector<AffineTransform> transforms = PoseTransforms(skeleton(), source.rig.joints, rotations);
-    const Eigen::Matrix3f to_y_up = ToYUp(options.source_up);
+  std::vector<AffineTransform> TransformsOf(const Pose& pose, const Input& source, UpAxis up) const {
+    std::vector<AffineTransform> transforms = PoseTransforms(skeleton(), source.rig.joints, pose.rotations);
+    const Eigen::Matrix3f to_y_up = ToYUp(up);
     for (AffineTransform& transform : transforms) {
       transform.linear = to_y_up.transpose() * transform.linear * to_y_up;
       transform.translation = to_y_up.transpose() * transform.translation;
@@ -253,15 +293,18 @@ class PipelineImpl : public Pipeline {
   }
 
   absl::StatusOr<TransferResult> TransferOne(const TransferJob& job, const Input& source,
-                                             const Input& reference) const {
+                                             const Input& reference, int threads) const {
     const TransferOptions& options = job.options;
     const LoadedMethod& method = *FindMethod(options);
     Stopwatch watch;
     TransferResult result;
     result.model = method.info().name;
     result.seconds = Sum(source.seconds, reference.seconds);
-    result.transforms = SolvePose(method, options, source, reference);
-    result.seconds.pose = watch.Lap();
+    Pose pose;
+    if (method.deformer() == nullptr) {
+      pose = SolvePose(*method.MakeSolver(options), source, reference);
+      result.seconds.pose = watch.Lap();
+    }
 
     STANCE_ASSIGN_OR_RETURN(result.source_rig, FinishRig(method, source, options.source_up, options));
     if (options.reference_weights) {
@@ -275,10 +318,18 @@ class PipelineImpl : public Pipeline {
                            result.source_rig.confidence, result.reference_rig.confidence);
     result.seconds.weights = watch.Lap();
 
+    if (const PairDeformer* deformer = method.deformer(); deformer != nullptr) {
+      STANCE_ASSIGN_OR_RETURN(pose,
+                              DeformedPose(*deformer, source, reference, result.source_rig.weights, threads));
+    }
+    Face(options.facing, source.rig, pose);
+    result.transforms = TransformsOf(pose, source, options.source_up);
     result.target = *job.source;
     DropBrokenAttributes(result.target);
     result.target.positions =
-        LinearBlendSkinning().Deform(job.source->positions, result.source_rig.weights, result.transforms);
+        pose.positions
+            ? Points(Unweld(*pose.positions, source.welded_row) * ToYUp(options.source_up))
+            : LinearBlendSkinning().Deform(job.source->positions, result.source_rig.weights, result.transforms);
     if (result.target.normals.rows() == job.source->vertex_count()) {
       result.target.normals =
           DeformNormals(job.source->normals, result.source_rig.weights, result.transforms);

@@ -29,7 +29,9 @@ struct TransferResult {
   Rig source_rig;       // smooth weights
   Rig reference_rig;    // smooth weights; no rows unless options.reference_weights
   Points target_joints;
-  std::vector<AffineTransform> transforms;  // (J) source -> target, in the source's frame and unit
+  // (J) source -> target, in the source's frame and unit. Of kNeural, which deforms without them, those whose
+  // rotations fit the target best: skinning by them gives it nearly.
+  std::vector<AffineTransform> transforms;
   // core/transfer/confidence.h's; unset if the method does not know it.
   std::optional<float> confidence;
   std::string model;                  // the name of the one that answered

@@ -1,4 +1,4 @@
-// A pipeline of both methods: which model answers, and what holds whichever it is. Random networks.
+// A pipeline of several methods: which model answers, and what holds whichever it is. Random networks.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,13 +18,14 @@ namespace {
 using ::testing::HasSubstr;
 using testing::UntrainedModel;
 
-constexpr Method kMethods[] = {Method::kSkeletal, Method::kStance};
+constexpr Method kMethods[] = {Method::kSkeletal, Method::kStance, Method::kNeural};
+constexpr Method kSkinned[] = {Method::kSkeletal, Method::kStance};  // whose targets are skinned sources
 
 class MixedPipelineTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    const UntrainedModel skeletal(256, 2), stance(256, 2, "stance");
-    auto pipeline = Pipeline::Load({skeletal.dir(), stance.dir()}, {.threads = 2});
+    const UntrainedModel skeletal(256, 2), neural(256, 2, "neural"), stance(256, 2, "stance");
+    auto pipeline = Pipeline::Load({skeletal.dir(), neural.dir(), stance.dir()}, {.threads = 2});
     ASSERT_TRUE(pipeline.ok()) << pipeline.status();
     pipeline_ = std::move(*pipeline);
   }
@@ -56,9 +57,10 @@ float Furthest(const TriangleMesh& a, const TriangleMesh& b) {
 }
 
 TEST_F(MixedPipelineTest, StanceIsTheDefaultWhereverItStands) {
-  ASSERT_EQ(pipeline_->models().size(), 2u);
+  ASSERT_EQ(pipeline_->models().size(), 3u);
   EXPECT_EQ(pipeline_->models()[0].method, Method::kStance);
   EXPECT_EQ(pipeline_->models()[1].method, Method::kSkeletal);
+  EXPECT_EQ(pipeline_->models()[2].method, Method::kNeural);
   EXPECT_EQ(pipeline_->models()[0].name, "untrained-stance");
   EXPECT_TRUE(pipeline_->WarmUp().ok());
   const TriangleMesh source = Lopsided(), reference = testing::Capsule();
@@ -70,13 +72,15 @@ TEST_F(MixedPipelineTest, StanceIsTheDefaultWhereverItStands) {
             1e-2f);
 }
 
-TEST_F(MixedPipelineTest, ABatchOfBothEqualsItsJobsAlone) {
+TEST_F(MixedPipelineTest, ABatchOfAllEqualsItsJobsAlone) {
   const TriangleMesh a = Lopsided(), b = testing::Icosphere(4), c = testing::Box(1, 2, 0.5f);
-  const TransferOptions skeletal{.method = Method::kSkeletal}, stance{.method = Method::kStance};
-  const TransferJob jobs[] = {{&a, &b, stance}, {&b, &a, skeletal}, {&c, &a, {}}, {&a, &c, skeletal}};
+  const TransferOptions skeletal{.method = Method::kSkeletal}, stance{.method = Method::kStance},
+      neural{.method = Method::kNeural};
+  const TransferJob jobs[] = {{&a, &b, stance},   {&b, &a, skeletal}, {&c, &a, {}},
+                              {&a, &c, skeletal}, {&a, &b, {}},       {&b, &a, neural}};
   const auto together = pipeline_->TransferBatch(jobs);
   std::vector<RigJob> rigs;
-  for (size_t i = 0; i < 4; ++i) {
+  for (size_t i = 0; i < 6; ++i) {
     ASSERT_TRUE(together[i].ok()) << together[i].status();
     const TransferResult alone = Transfer(*jobs[i].source, *jobs[i].reference, jobs[i].options);
     EXPECT_LT(Furthest(together[i]->target, alone.target), 2e-3f) << i;
@@ -85,7 +89,7 @@ TEST_F(MixedPipelineTest, ABatchOfBothEqualsItsJobsAlone) {
     rigs.push_back({jobs[i].source, jobs[i].options});
   }
   const auto rigged = pipeline_->RigBatch(rigs);
-  for (size_t i = 0; i < 4; ++i) {
+  for (size_t i = 0; i < 6; ++i) {
     ASSERT_TRUE(rigged[i].ok());
     EXPECT_LT((rigged[i]->rig.joints - together[i]->source_rig.joints).cwiseAbs().maxCoeff(), 2e-3f);
     EXPECT_EQ(rigged[i]->rig.confidence.size(), i % 2 == 0 ? kHumanJoints : 0);
@@ -119,7 +123,7 @@ TEST_F(MixedPipelineTest, ConfidenceIsKnownToStanceAlone) {
 
 // Every combination of placement in every frame: target = LBS(transforms), and joints as the transforms say.
 TEST_F(MixedPipelineTest, WhereverItIsPutTheTargetIsTheSkinnedSource) {
-  for (const Method method : kMethods) {
+  for (const Method method : kSkinned) {
     for (const UpAxis up : {UpAxis::kY, UpAxis::kZ, UpAxis::kX}) {
       const TriangleMesh source = testing::WithAttributes(Stored(Lopsided(), up));
       const TransferResult result =
@@ -191,7 +195,7 @@ TEST_F(MixedPipelineTest, FacingTheSourcesWayIsATurnAboutTheUpAxisThroughThePelv
 
 TEST_F(MixedPipelineTest, OwnPoseStaysWhereItIsWhateverThePlacement) {
   const TriangleMesh mesh = Lopsided();
-  for (const Method method : kMethods) {
+  for (const Method method : kSkinned) {
     const TransferResult result =
         Transfer(mesh, mesh, {.method = method, .facing = Facing::kSource, .ground = Ground::kSource});
     EXPECT_LT(Furthest(result.target, mesh), 1e-3f);

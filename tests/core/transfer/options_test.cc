@@ -8,7 +8,7 @@ namespace stance {
 namespace {
 
 TEST(Method, NamesRoundTrip) {
-  for (const Method method : {Method::kSkeletal, Method::kStance}) {
+  for (const Method method : {Method::kSkeletal, Method::kStance, Method::kNeural}) {
     EXPECT_EQ(*MethodFromName(MethodName(method)), method);
   }
   EXPECT_EQ(MethodFromName("telepathic").status().code(), absl::StatusCode::kInvalidArgument);
