@@ -15,6 +15,8 @@ v1::Method MethodToWire(std::optional<Method> method) {
       return v1::METHOD_SKELETAL;
     case Method::kStance:
       return v1::METHOD_STANCE;
+    case Method::kNeural:
+      return v1::METHOD_NEURAL;
   }
   return v1::METHOD_UNSPECIFIED;
 }

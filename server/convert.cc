@@ -226,6 +226,8 @@ v1::Method MethodToWire(Method method) {
       return v1::METHOD_SKELETAL;
     case Method::kStance:
       return v1::METHOD_STANCE;
+    case Method::kNeural:
+      return v1::METHOD_NEURAL;
   }
   return v1::METHOD_UNSPECIFIED;
 }

@@ -40,7 +40,7 @@ struct RigPlan {
 
 // Everything about a request but its meshes' content, in constant time. Errors are FieldErrors
 // (status_map.h): INVALID_ARGUMENT, NOT_FOUND for an unknown model, FAILED_PRECONDITION for a method without
-// a model, UNIMPLEMENTED for a method that is not available yet.
+// a model.
 absl::StatusOr<TransferPlan> PlanTransfer(const v1::TransferRequest& request, const Catalog& catalog);
 absl::StatusOr<RigPlan> PlanRig(const v1::RigRequest& request, const Catalog& catalog);
 

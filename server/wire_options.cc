@@ -23,8 +23,7 @@ absl::StatusOr<std::optional<Method>> MethodFromWire(v1::Method method) {
     case v1::METHOD_STANCE:
       return Method::kStance;
     case v1::METHOD_NEURAL:
-      return FieldError(absl::StatusCode::kUnimplemented, "METHOD_NOT_AVAILABLE", "options.method",
-                        fmt::format("{} is not available yet", v1::Method_Name(method)));
+      return Method::kNeural;
     default:
       return UnknownValue("options.method", method);
   }

@@ -19,7 +19,7 @@ absl::Status BadOption(const std::string& field, const std::string& description)
 // INVALID_ARGUMENT: a number that the enumeration does not have in this version.
 absl::Status UnknownValue(const std::string& field, int value);
 
-// Nothing for unspecified; UNIMPLEMENTED for a method that is not available yet.
+// Nothing for unspecified.
 absl::StatusOr<std::optional<Method>> MethodFromWire(v1::Method method);
 
 // Unspecified and unset are core's defaults. INVALID_ARGUMENT for an unknown value, a number out of its

@@ -72,7 +72,7 @@ void AddBackend(CLI::App* app, BackendArguments* backend) {
 
 void AddOptions(CLI::App* app, TransferOptions* options, std::string* method, BoneNaming* naming) {
   app->add_option("--method", *method,
-                  "How to transfer: stance or skeletal; default: the server's, or stance")
+                  "How to transfer: stance, skeletal or neural; default: the server's, or stance")
       ->type_name("NAME");
   AddChoice(app, "--smoothing", &options->smoothing.kind, kSmoothings, "How weights are smoothed; metric");
   app->add_option("--smoothing-length", options->smoothing.length,
@@ -109,11 +109,11 @@ absl::Status CheckOptions(const CLI::App& app, const std::string& method, Transf
     if (!parsed.ok()) return Usage(fmt::format("--method: {}", std::string(parsed.status().message())));
     options->method = *parsed;
   }
-  if (options->method == Method::kStance) {
+  if (options->method && *options->method != Method::kSkeletal) {
     for (const char* name : {"--smoothing", "--smoothing-length", "--lambda", "--twist"}) {
       const CLI::Option* option = app.get_option_no_throw(name);
       if (option != nullptr && option->count() > 0)
-        return Usage(fmt::format("{}: not with --method stance", name));
+        return Usage(fmt::format("{}: not with --method {}", name, method));
     }
   }
   const SmoothingOptions& smoothing = options->smoothing;
@@ -171,8 +171,8 @@ absl::Status CheckTransfer(const CLI::App& app, const std::string& method, Trans
   if (!(arguments->min_confidence >= 0 && arguments->min_confidence <= 1)) {
     return Usage(fmt::format("--min-confidence: {:g} is not in [0, 1]", arguments->min_confidence));
   }
-  if (arguments->min_confidence > 0 && arguments->options.method == Method::kSkeletal) {
-    return Usage("--min-confidence: the method skeletal does not know its confidence");
+  if (arguments->min_confidence > 0 && arguments->options.method.value_or(Method::kStance) != Method::kStance) {
+    return Usage(fmt::format("--min-confidence: the method {} does not know its confidence", method));
   }
   STANCE_RETURN_IF_ERROR(CheckExtension("--skeleton", arguments->skeleton, {".json"}));
   STANCE_RETURN_IF_ERROR(CheckExtension("--weights", arguments->weights, {".csv", ".json"}));

@@ -101,7 +101,7 @@ absl::Status Run(int argc, char** argv) {
   app.add_option("--timeout", arguments.timeout, "Deadline of each request, seconds")->capture_default_str();
   app.add_option("--seed", plan.seed, "Of the arrival times")->capture_default_str();
   app.add_option("--model", arguments.model, "The model's name; default: the server's");
-  app.add_option("--method", arguments.method, "stance or skeletal; default: the server's");
+  app.add_option("--method", arguments.method, "stance, skeletal or neural; default: the server's");
   app.add_flag("--json", arguments.json, "The report as JSON");
   try {
     app.parse(argc, argv);

@@ -64,6 +64,7 @@ TEST(RequestTest, TheMethodIsTheServersUnlessChosen) {
   EXPECT_EQ(method(std::nullopt), v1::METHOD_UNSPECIFIED);
   EXPECT_EQ(method(Method::kSkeletal), v1::METHOD_SKELETAL);
   EXPECT_EQ(method(Method::kStance), v1::METHOD_STANCE);
+  EXPECT_EQ(method(Method::kNeural), v1::METHOD_NEURAL);
 }
 
 TEST(RequestTest, SetsOnlyTheParameterOfTheChosenSmoothing) {

@@ -285,7 +285,7 @@ TEST(ServerTest, RefusesBadOptionsByField) {
   v1::TransferRequest request = SmallRequest();
   request.mutable_options()->set_method(v1::METHOD_NEURAL);
   grpc::Status status = Call(channel, request).status;
-  EXPECT_EQ(status.error_code(), grpc::UNIMPLEMENTED);
+  EXPECT_EQ(status.error_code(), grpc::FAILED_PRECONDITION);
   EXPECT_EQ(FieldOf(status), "options.method");
   request = SmallRequest();
   request.mutable_options()->set_model("nobody");

@@ -180,7 +180,7 @@ INSTANTIATE_TEST_SUITE_P(
                    [](v1::TransferRequest& r) { r.mutable_source()->set_up_axis(v1::UpAxis(9)); }},
         BadRequest{"source.file.format", kInvalid,
                    [](v1::TransferRequest& r) { r.mutable_source()->mutable_file()->set_content("x"); }},
-        BadRequest{"options.method", absl::StatusCode::kUnimplemented,
+        BadRequest{"options.method", absl::StatusCode::kFailedPrecondition,
                    Options([](v1::TransferOptions& o) { o.set_method(v1::METHOD_NEURAL); })},
         BadRequest{"options.method", absl::StatusCode::kFailedPrecondition,
                    Options([](v1::TransferOptions& o) { o.set_method(v1::METHOD_STANCE); })},
