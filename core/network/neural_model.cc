@@ -21,7 +21,7 @@ RowMatrix Rows(const torch::Tensor& tensor, int64_t first, int64_t count) {
 
 template <typename Matrix>
 torch::Tensor Tensor(const Matrix& matrix, torch::Device device) {
-  auto tensor = torch::empty({matrix.rows(), matrix.cols()});
+  torch::Tensor tensor = torch::empty({matrix.rows(), matrix.cols()});
   Eigen::Map<RowMatrix>(tensor.data_ptr<float>(), matrix.rows(), matrix.cols()) = matrix;
   return tensor.to(device);
 }
