@@ -42,6 +42,11 @@ absl::StatusOr<Input> Prepare(const TriangleMesh& mesh, UpAxis up, const MeshLim
   return input;
 }
 
+absl::Status CheckWanted(const GivenUp& given_up) {
+  if (given_up && given_up()) return absl::CancelledError("the caller gave the job up");
+  return absl::OkStatus();
+}
+
 template <typename Matrix>
 Matrix Unweld(const Matrix& rows, const std::vector<int32_t>& welded_row) {
   Matrix out(static_cast<int64_t>(welded_row.size()), rows.cols());
@@ -108,8 +113,8 @@ class PipelineImpl : public Pipeline {
       std::span<const TransferJob> jobs) const override {
     std::vector<MeshJob> meshes;
     for (const TransferJob& job : jobs) {
-      meshes.push_back({job.source, job.options.source_up, &job.options, "source"});
-      meshes.push_back({job.reference, job.options.reference_up, &job.options, "reference"});
+      meshes.push_back({job.source, job.options.source_up, &job.options, &job.given_up, "source"});
+      meshes.push_back({job.reference, job.options.reference_up, &job.options, &job.given_up, "reference"});
     }
     const std::vector<absl::StatusOr<Input>> inputs = RigAll(meshes);
     std::vector<absl::StatusOr<TransferResult>> results(jobs.size(), absl::InternalError("not run"));
@@ -128,7 +133,9 @@ class PipelineImpl : public Pipeline {
 
   std::vector<absl::StatusOr<RigResult>> RigBatch(std::span<const RigJob> jobs) const override {
     std::vector<MeshJob> meshes;
-    for (const RigJob& job : jobs) meshes.push_back({job.mesh, job.options.source_up, &job.options, "mesh"});
+    for (const RigJob& job : jobs) {
+      meshes.push_back({job.mesh, job.options.source_up, &job.options, &job.given_up, "mesh"});
+    }
     const std::vector<absl::StatusOr<Input>> inputs = RigAll(meshes);
     std::vector<absl::StatusOr<RigResult>> results(jobs.size(), absl::InternalError("not run"));
     ForEach(jobs.size(), [&](int64_t i) {
@@ -149,6 +156,7 @@ class PipelineImpl : public Pipeline {
     const TriangleMesh* mesh;
     UpAxis up;
     const TransferOptions* options;
+    const GivenUp* given_up;
     std::string field;
   };
 
@@ -187,6 +195,10 @@ class PipelineImpl : public Pipeline {
         inputs[i] = Prefixed("options", options);
         return;
       }
+      if (const absl::Status wanted = CheckWanted(*job.given_up); !wanted.ok()) {
+        inputs[i] = wanted;
+        return;
+      }
       inputs[i] = Prepare(*job.mesh, job.up, job.options->limits);
       if (!inputs[i].ok()) inputs[i] = Prefixed(job.field, inputs[i].status());
     });
@@ -194,7 +206,12 @@ class PipelineImpl : public Pipeline {
     for (const auto& method : methods_) {
       std::vector<size_t> rows;
       for (size_t i = 0; i < jobs.size(); ++i) {
-        if (inputs[i].ok() && FindMethod(*jobs[i].options) == method.get()) rows.push_back(i);
+        if (!inputs[i].ok() || FindMethod(*jobs[i].options) != method.get()) continue;
+        if (const absl::Status wanted = CheckWanted(*jobs[i].given_up); !wanted.ok()) {
+          inputs[i] = wanted;
+        } else {
+          rows.push_back(i);
+        }
       }
       if (!rows.empty()) RigSome(*method, jobs, rows, check, inputs);
     }
@@ -226,6 +243,7 @@ class PipelineImpl : public Pipeline {
   }
 
   absl::StatusOr<RigResult> RigOne(const RigJob& job, const Input& input) const {
+    STANCE_RETURN_IF_ERROR(CheckWanted(job.given_up));
     const LoadedMethod& method = *FindMethod(job.options);
     Stopwatch watch;
     RigResult result;
@@ -254,8 +272,8 @@ class PipelineImpl : public Pipeline {
                                     const RowMatrix& weights, int threads) const {
     const TriangleMesh& mesh = source.mesh;
     const RowMatrix welded = Weld(weights, source.welded_row, mesh.vertex_count());
-    STANCE_ASSIGN_OR_RETURN(Points moved, deformer.Deform(mesh.positions, welded, source.rig, reference.rig,
-                                                          threads));
+    STANCE_ASSIGN_OR_RETURN(Points moved,
+                            deformer.Deform(mesh.positions, welded, source.rig, reference.rig, threads));
     if (!moved.allFinite()) return absl::InternalError("the deformed mesh is not finite");
     const Eigen::VectorXd mass = VertexAreas(mesh.positions, mesh.faces);
     std::vector<Rotation> rotations = FitRotations(skeleton(), {mesh.positions, moved, welded, mass});
@@ -294,6 +312,7 @@ class PipelineImpl : public Pipeline {
 
   absl::StatusOr<TransferResult> TransferOne(const TransferJob& job, const Input& source,
                                              const Input& reference, int threads) const {
+    STANCE_RETURN_IF_ERROR(CheckWanted(job.given_up));
     const TransferOptions& options = job.options;
     const LoadedMethod& method = *FindMethod(options);
     Stopwatch watch;
@@ -305,6 +324,7 @@ class PipelineImpl : public Pipeline {
       pose = SolvePose(*method.MakeSolver(options), source, reference);
       result.seconds.pose = watch.Lap();
     }
+    STANCE_RETURN_IF_ERROR(CheckWanted(job.given_up));
 
     STANCE_ASSIGN_OR_RETURN(result.source_rig, FinishRig(method, source, options.source_up, options));
     if (options.reference_weights) {
@@ -317,6 +337,7 @@ class PipelineImpl : public Pipeline {
         TransferConfidence(JointShares(job.source->positions, job.source->faces, result.source_rig.weights),
                            result.source_rig.confidence, result.reference_rig.confidence);
     result.seconds.weights = watch.Lap();
+    STANCE_RETURN_IF_ERROR(CheckWanted(job.given_up));
 
     if (const PairDeformer* deformer = method.deformer(); deformer != nullptr) {
       STANCE_ASSIGN_OR_RETURN(pose,
@@ -327,9 +348,9 @@ class PipelineImpl : public Pipeline {
     result.target = *job.source;
     DropBrokenAttributes(result.target);
     result.target.positions =
-        pose.positions
-            ? Points(Unweld(*pose.positions, source.welded_row) * ToYUp(options.source_up))
-            : LinearBlendSkinning().Deform(job.source->positions, result.source_rig.weights, result.transforms);
+        pose.positions ? Points(Unweld(*pose.positions, source.welded_row) * ToYUp(options.source_up))
+                       : LinearBlendSkinning().Deform(job.source->positions, result.source_rig.weights,
+                                                      result.transforms);
     if (result.target.normals.rows() == job.source->vertex_count()) {
       result.target.normals =
           DeformNormals(job.source->normals, result.source_rig.weights, result.transforms);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -39,15 +40,21 @@ struct TransferResult {
   PhaseSeconds seconds;
 };
 
+// Whether the caller has given a job up. Asked between phases, from any of the batch's threads, also at the
+// same time; empty: never.
+using GivenUp = std::function<bool()>;
+
 struct TransferJob {
   const TriangleMesh* source = nullptr;
   const TriangleMesh* reference = nullptr;
   TransferOptions options;
+  GivenUp given_up{};
 };
 
 struct RigJob {
   const TriangleMesh* mesh = nullptr;
   TransferOptions options;  // method, source_up, smoothing, max_influences and limits apply
+  GivenUp given_up{};
 };
 
 struct PipelineOptions {
@@ -86,7 +93,8 @@ class Pipeline {
 
   // One answer per job, in order; a bad job gets its own error (INVALID_ARGUMENT, the text beginning with the
   // field: "source: ..."; FAILED_PRECONDITION for a method without a model here) and leaves its neighbours
-  // alone. Jobs of one method go through its networks together.
+  // alone; one that is given up gets CANCELLED and no further work. Jobs of one method go through its
+  // networks together.
   virtual std::vector<absl::StatusOr<TransferResult>> TransferBatch(
       std::span<const TransferJob> jobs) const = 0;
   virtual std::vector<absl::StatusOr<RigResult>> RigBatch(std::span<const RigJob> jobs) const = 0;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <atomic>
 #include <limits>
 
 #include "tests/support/meshes.h"
@@ -134,6 +135,33 @@ TEST_F(PipelineTest, ABadJobLeavesItsNeighboursAlone) {
   EXPECT_TRUE(results[1].ok()) << results[1].status();
   EXPECT_TRUE(std::string(results[2].status().message()).starts_with("reference: "));
   EXPECT_TRUE(std::string(results[3].status().message()).starts_with("options: smoothing.length: -1"));
+}
+
+// Given up at the first question, the second, ...: whenever it is, the job is cancelled, and its neighbour
+// gets what it gets alone.
+TEST_F(PipelineTest, AJobThatIsGivenUpStopsAtTheNextPhase) {
+  const TriangleMesh mesh = Lopsided(), other = testing::Icosphere(3);
+  std::atomic<int> asked = 0;
+  int patience = std::numeric_limits<int>::max();
+  const GivenUp given_up = [&] { return asked++ >= patience; };
+  const TransferJob jobs[] = {{&mesh, &other, {}, given_up}, {&other, &mesh, {}}};
+  const auto patient = pipeline_->TransferBatch(jobs);
+  ASSERT_TRUE(patient[0].ok() && patient[1].ok());
+  const int questions = asked;
+  ASSERT_GE(questions, 5);
+  for (patience = 0; patience < questions; ++patience) {
+    SCOPED_TRACE(patience);
+    asked = 0;
+    const auto results = pipeline_->TransferBatch(jobs);
+    EXPECT_EQ(results[0].status().code(), absl::StatusCode::kCancelled) << results[0].status();
+    EXPECT_LE(asked, patience + 2);  // the source's and the reference's own
+    ASSERT_TRUE(results[1].ok()) << results[1].status();
+    EXPECT_LT((results[1]->target.positions - patient[1]->target.positions).cwiseAbs().maxCoeff(), 2e-3f);
+  }
+  const RigJob rig_jobs[] = {{&mesh, {}, [] { return true; }}, {&other, {}}};
+  const auto rigs = pipeline_->RigBatch(rig_jobs);
+  EXPECT_EQ(rigs[0].status().code(), absl::StatusCode::kCancelled);
+  EXPECT_TRUE(rigs[1].ok());
 }
 
 TEST_F(PipelineTest, TextureSeamsDoNotTear) {
