@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <optional>
 #include <utility>
 
+#include "server/client_key.h"
 #include "server/log.h"
 #include "server/request_id.h"
 #include "server/status_map.h"
@@ -15,6 +18,8 @@ using std::chrono::milliseconds;
 
 // A full queue of ordinary meshes needs seconds to empty, but a place in it is free after one batch.
 constexpr milliseconds kOverloadPushback(250);
+// An expectation of a longer wait may be wrong, and the caller should not be lost over it.
+constexpr milliseconds kMostPushback(30'000);
 // The caller's next try should reach another server, or this one's successor.
 constexpr milliseconds kShutdownPushback(1000);
 
@@ -23,6 +28,11 @@ TimePoint SteadyDeadline(std::chrono::system_clock::time_point deadline, TimePoi
   constexpr std::chrono::hours kFar(24 * 365);
   const auto left = deadline - std::chrono::system_clock::now();
   return left > kFar ? kNever : now + std::chrono::duration_cast<Duration>(left);
+}
+
+// When to come back, if that is expected to be worth while after `wait`.
+milliseconds Pushback(Duration wait) {
+  return std::clamp(std::chrono::ceil<milliseconds>(wait), kOverloadPushback, kMostPushback);
 }
 
 const char* RpcName(Rpc rpc) {
@@ -58,11 +68,14 @@ void Call::Begin() {
   item.cost = Vertices();
   item.bytes = RequestBytes();
   item.bucket = static_cast<int>(rpc_);
+  item.client = Client();
+  item.priority = RequestedPriority();
+  item.work = serving_.costs.Estimate(CostKind(), item.cost);
   item.deadline = deadline_;
   item.cancelled = cancelled_;
   item.payload = this;
-  item.done = Completion([this](Outcome outcome) {
-    const absl::Status answer = StatusFor(outcome);
+  item.done = Completion([this](Outcome outcome, Duration retry_after) {
+    const absl::Status answer = StatusFor(outcome, retry_after);
     if (outcome != Outcome::kExecuted) serving_.metrics.CountRejection(ReasonOf(answer));
     Answer(answer);
   });
@@ -72,7 +85,7 @@ void Call::Begin() {
 absl::Status Call::Prepare() {
   if (!counted_) {
     request_id_ = MakeRequestId();
-    return StatusFor(Outcome::kShuttingDown);
+    return StatusFor(Outcome::kShuttingDown, Duration(0));
   }
   const absl::StatusOr<std::string> id = ChooseRequestId(RequestedId());
   request_id_ = id.ok() ? *id : MakeRequestId();
@@ -95,7 +108,25 @@ void Call::OnDone() {
   if (counted) active.Leave();
 }
 
-absl::Status Call::StatusFor(Outcome outcome) {
+std::string Call::Client() const {
+  std::optional<std::string> name;
+  if (!serving_.client_metadata.empty()) {
+    const auto& metadata = context_->client_metadata();
+    const auto it = metadata.find(serving_.client_metadata);
+    if (it != metadata.end()) name.emplace(it->second.data(), it->second.size());
+  }
+  return ClientKey(context_->peer(), name);
+}
+
+void Call::LearnCost(const PhaseSeconds& core) {
+  // The networks see a fixed number of samples, whatever the mesh's size; the other phases see the mesh.
+  serving_.costs.Learn(
+      CostKind(), {.vertices = Vertices(),
+                   .fixed = core.resample + core.network + core.pose,
+                   .scaling = seconds_.decode + core.check + core.weights + core.deform + seconds_.encode});
+}
+
+absl::Status Call::StatusFor(Outcome outcome, Duration retry_after) {
   switch (outcome) {
     case Outcome::kExecuted:
       return result_;
@@ -104,6 +135,19 @@ absl::Status Call::StatusFor(Outcome outcome) {
     case Outcome::kQueueBytes:
       return OverloadError("QUEUE_BYTES_FULL", "the requests that are waiting hold too many bytes",
                            kOverloadPushback);
+    case Outcome::kQueueCost:
+      return OverloadError("QUEUE_VERTICES_FULL", "the requests that are waiting have too many vertices",
+                           kOverloadPushback);
+    case Outcome::kClientQuota:
+      return QuotaError("CLIENT_QUOTA", "too many requests of this client are waiting", kOverloadPushback);
+    case Outcome::kTooMuchAhead:
+      return OverloadError("DEADLINE_UNMEETABLE",
+                           fmt::format("the requests that go before it are expected to make it {:.3f} s late",
+                                       ToSeconds(retry_after)),
+                           Pushback(retry_after));
+    case Outcome::kDeadlineShort:
+      return WithReason(absl::DeadlineExceededError("it is expected to take longer than its deadline allows"),
+                        "DEADLINE_TOO_SHORT");
     case Outcome::kShuttingDown:
       return OverloadError("SHUTTING_DOWN", "the server is shutting down", kShutdownPushback);
     case Outcome::kCancelled:

@@ -9,8 +9,10 @@
 #include <string>
 
 #include "core/base/clock.h"
+#include "core/transfer/parts.h"
 #include "server/active_calls.h"
 #include "server/batching/batch_runner.h"
+#include "server/batching/cost_estimator.h"
 #include "server/metrics.h"
 
 namespace stance {
@@ -18,12 +20,15 @@ namespace stance {
 class Call;
 using CallRunner = BatchRunner<Call*>;
 
-// What every call needs; each outlives every call and is thread-safe.
+// What every call needs; it and what it refers to outlive every call and are thread-safe.
 struct Serving {
   Metrics& metrics;
   CallRunner& runner;
   Clock& clock;
   ActiveCalls& active;
+  CostEstimator& costs;
+  // The metadata key that names the caller; empty: the peer's host does.
+  std::string client_metadata;
 };
 
 // Seconds of one request in the server's own phases.
@@ -52,6 +57,8 @@ class Call : public grpc::ServerUnaryReactor {
   // What the work came to. To be set before the item is completed.
   void set_result(absl::Status result) { result_ = std::move(result); }
   ServerSeconds& seconds() { return seconds_; }
+  // Tells the estimator what the call took, without its own wait.
+  void LearnCost(const PhaseSeconds& core);
 
  protected:
   Call(const Serving& serving, Rpc rpc, grpc::CallbackServerContext* context);
@@ -62,16 +69,20 @@ class Call : public grpc::ServerUnaryReactor {
   virtual const std::string& RequestedId() const = 0;
   virtual int64_t Vertices() const = 0;
   virtual int64_t RequestBytes() const = 0;
+  virtual Priority RequestedPriority() const = 0;
+  // Calls of one kind cost alike. As the above, known once Plan has passed.
+  virtual int CostKind() const = 0;
   // Before an answer without error is sent.
   virtual void FinishResponse(const std::string& request_id, const ServerSeconds& seconds) = 0;
 
  private:
   absl::Status Prepare();
-  absl::Status StatusFor(Outcome outcome);
+  std::string Client() const;
+  absl::Status StatusFor(Outcome outcome, Duration retry_after);
   // Sends the answer. Nothing of this object may be touched afterwards.
   void Answer(absl::Status status);
 
-  const Serving serving_;
+  const Serving& serving_;
   const Rpc rpc_;
   grpc::CallbackServerContext* const context_;
   const TimePoint arrival_;

@@ -58,6 +58,16 @@ const std::vector<Option>& Table() {
       {"batching.max_queued_requests", &C::batching_max_queued_requests, 1, 1e6, "Most requests waiting"},
       {"batching.max_queued_bytes", &C::batching_max_queued_bytes, 1, kMany,
        "Most bytes of requests waiting; at least server.max_message_bytes"},
+      {"batching.max_queued_vertices", &C::batching_max_queued_vertices, 1, kMany,
+       "Most vertices of requests waiting"},
+      {"batching.max_queued_requests_per_client", &C::batching_max_queued_requests_per_client, 0, 1e6,
+       "Most requests of one client waiting; 0 for no such bound"},
+      {"batching.priority_aging_seconds", &C::batching_priority_aging_seconds, 0, 3600,
+       "Waiting that a step of priority counts as, seconds; 0 to ignore priorities"},
+      {"batching.refuse_unmeetable", &C::batching_refuse_unmeetable, 0, 0,
+       "Whether to refuse at once what is expected to miss its deadline"},
+      {"batching.client_metadata", &C::batching_client_metadata, 0, 0,
+       "Metadata key that names the client; empty for the peer's host"},
       {"limits.max_vertices", &C::limits_max_vertices, 3, 1e8, "Most vertices of one mesh"},
       {"limits.max_faces", &C::limits_max_faces, 1, 4e8, "Most faces of one mesh"},
       {"metrics.listen", &C::metrics_listen, 0, 0, "HOST:PORT of the Prometheus page; empty for none"},
@@ -94,6 +104,14 @@ absl::Status SetNumber(ServerConfig& config, const Option& option, double value)
   return absl::OkStatus();
 }
 
+// A key as gRPC has them, of a text and not of bytes (-bin); "grpc-" is gRPC's own.
+bool IsMetadataKey(const std::string& text) {
+  return !text.ends_with("-bin") && !text.starts_with("grpc-") &&
+         std::all_of(text.begin(), text.end(), [](char c) {
+           return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.';
+         });
+}
+
 absl::Status SetText(ServerConfig& config, const Option& option, const std::string& value) {
   const auto one_of = [&](std::initializer_list<const char*> choices) -> absl::Status {
     if (std::find(choices.begin(), choices.end(), value) != choices.end()) return absl::OkStatus();
@@ -102,6 +120,9 @@ absl::Status SetText(ServerConfig& config, const Option& option, const std::stri
   const std::string key = option.key;
   if (key == "log.format") STANCE_RETURN_IF_ERROR(one_of({"json", "text"}));
   if (key == "log.level") STANCE_RETURN_IF_ERROR(one_of({"debug", "info", "warn", "error"}));
+  if (key == "batching.client_metadata" && !IsMetadataKey(value)) {
+    return BadValue(option, value, "a text metadata key: lower-case letters, digits, '-', '_', '.'");
+  }
   config.*std::get<std::string ServerConfig::*>(option.field) = value;
   return absl::OkStatus();
 }
@@ -281,6 +302,12 @@ absl::Status FinishConfig(ServerConfig& config, int cpus) {
         fmt::format("batching.max_queued_bytes: {} is less than server.max_message_bytes, {}: the largest "
                     "request could never be served",
                     config.batching_max_queued_bytes, config.server_max_message_bytes));
+  }
+  if (config.batching_max_queued_requests_per_client > config.batching_max_queued_requests) {
+    return absl::InvalidArgumentError(fmt::format(
+        "batching.max_queued_requests_per_client: {} is more than batching.max_queued_requests, {}: it would "
+        "bound nobody",
+        config.batching_max_queued_requests_per_client, config.batching_max_queued_requests));
   }
   // One batch gains little from more than four threads; beyond that, batches run side by side.
   constexpr int64_t kThreadsPerBatch = 4;

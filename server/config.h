@@ -31,11 +31,16 @@ struct ServerConfig {
   int64_t batching_max_batch_vertices = 200'000;
   int64_t batching_max_queued_requests = 256;
   int64_t batching_max_queued_bytes = int64_t{1} << 30;
-  int64_t limits_max_vertices = 1'000'000;        // of one mesh
-  int64_t limits_max_faces = 4'000'000;           // of one mesh
-  std::string metrics_listen = "127.0.0.1:9464";  // HOST:PORT of /metrics; empty: none
-  std::string log_format = "json";                // "json" or "text"
-  std::string log_level = "info";                 // "debug", "info", "warn" or "error"
+  int64_t batching_max_queued_vertices = 10'000'000;
+  int64_t batching_max_queued_requests_per_client = 0;  // 0: no such bound
+  double batching_priority_aging_seconds = 5;           // a step of priority counts as so much waiting
+  bool batching_refuse_unmeetable = true;               // refuse what is expected to miss its deadline
+  std::string batching_client_metadata = "";            // names the caller; empty: the peer's host does
+  int64_t limits_max_vertices = 1'000'000;              // of one mesh
+  int64_t limits_max_faces = 4'000'000;                 // of one mesh
+  std::string metrics_listen = "127.0.0.1:9464";        // HOST:PORT of /metrics; empty: none
+  std::string log_format = "json";                      // "json" or "text"
+  std::string log_level = "info";                       // "debug", "info", "warn" or "error"
 };
 
 // One option, for help texts and documentation.

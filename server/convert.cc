@@ -147,6 +147,7 @@ absl::StatusOr<TransferPlan> PlanTransfer(const v1::TransferRequest& request, co
   const v1::TransferOptions& wire = request.options();
   STANCE_RETURN_IF_ERROR(CommonOptions(wire, catalog, plan.options, plan.model, plan.bone_naming));
   STANCE_RETURN_IF_ERROR(PlanOutputs(wire, plan));
+  STANCE_ASSIGN_OR_RETURN(plan.priority, PriorityFromWire(request.priority()));
   STANCE_ASSIGN_OR_RETURN(plan.options.twist, TwistFromWire(wire.twist()));
   STANCE_ASSIGN_OR_RETURN(plan.options.facing, FacingFromWire(wire.facing()));
   STANCE_ASSIGN_OR_RETURN(plan.options.ground, GroundFromWire(wire.ground()));
@@ -161,6 +162,7 @@ absl::StatusOr<RigPlan> PlanRig(const v1::RigRequest& request, const Catalog& ca
   RigPlan plan;
   STANCE_RETURN_IF_ERROR(
       CommonOptions(request.options(), catalog, plan.options, plan.model, plan.bone_naming));
+  STANCE_ASSIGN_OR_RETURN(plan.priority, PriorityFromWire(request.priority()));
   STANCE_ASSIGN_OR_RETURN(plan.options.source_up, PlanMesh(request.has_mesh(), request.mesh(), "mesh"));
   return plan;
 }

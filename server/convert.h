@@ -8,6 +8,7 @@
 #include "core/mesh/triangle_mesh.h"
 #include "core/skeleton/bone_names.h"
 #include "core/transfer/pipeline.h"
+#include "server/batching/fair_queue.h"
 #include "stance/v1/pose_transfer.pb.h"
 
 namespace stance {
@@ -29,6 +30,7 @@ struct TransferPlan {
   bool want_transforms = false;  // the reference's weights: options.reference_weights
   v1::OutputFormat target_format = v1::OUTPUT_FORMAT_ARRAYS;  // never unspecified
   BoneNaming bone_naming = BoneNaming::kSmpl;
+  Priority priority = Priority::kNormal;
 };
 
 // A Rig request, understood.
@@ -36,6 +38,7 @@ struct RigPlan {
   TransferOptions options;
   std::string model;
   BoneNaming bone_naming = BoneNaming::kSmpl;
+  Priority priority = Priority::kNormal;
 };
 
 // Everything about a request but its meshes' content, in constant time. Errors are FieldErrors

@@ -45,6 +45,8 @@ struct Metrics::Impl {
     }
     queued_requests->Set(static_cast<double>(now.queued_requests));
     queued_bytes->Set(static_cast<double>(now.queued_bytes));
+    queued_vertices->Set(static_cast<double>(now.queued_vertices));
+    queued_clients->Set(static_cast<double>(now.queued_clients));
     running_requests->Set(static_cast<double>(now.running_requests));
     return registry.Collect();
   }
@@ -56,9 +58,12 @@ struct Metrics::Impl {
   prometheus::Histogram* batch_requests;
   prometheus::Histogram* batch_vertices;
   prometheus::Family<prometheus::Counter>* rejections;
+  prometheus::Counter* abandoned;
   prometheus::Counter* late_starts;
   prometheus::Gauge* queued_requests;
   prometheus::Gauge* queued_bytes;
+  prometheus::Gauge* queued_vertices;
+  prometheus::Gauge* queued_clients;
   prometheus::Gauge* running_requests;
   mutable std::mutex mutex;
   std::function<QueueGauges()> read_queue;  // protected by mutex
@@ -92,10 +97,13 @@ Metrics::Metrics() : impl_(std::make_unique<Impl>()) {
   impl_->batch_requests = &histogram("stance_batch_requests", "Requests in a batch").Add({}, kCounts);
   impl_->batch_vertices = &histogram("stance_batch_vertices", "Vertices in a batch").Add({}, kVertices);
   impl_->rejections = &counter("stance_rejections_total", "Requests that were not run, by reason");
+  impl_->abandoned = &counter("stance_abandoned_requests_total", "Requests given up while they ran").Add({});
   impl_->late_starts =
       &counter("stance_late_starts_total", "Requests that began to run after their deadline").Add({});
   impl_->queued_requests = gauge("stance_queued_requests", "Requests waiting for a worker");
   impl_->queued_bytes = gauge("stance_queued_bytes", "Bytes of requests waiting for a worker");
+  impl_->queued_vertices = gauge("stance_queued_vertices", "Vertices of requests waiting for a worker");
+  impl_->queued_clients = gauge("stance_queued_clients", "Clients with requests waiting for a worker");
   impl_->running_requests = gauge("stance_running_requests", "Requests being run");
   prometheus::BuildGauge()
       .Name("stance_build_info")
@@ -126,6 +134,8 @@ void Metrics::ObserveBatch(int64_t requests, int64_t vertices) {
 void Metrics::CountRejection(const std::string& reason) {
   impl_->rejections->Add({{"reason", reason}}).Increment();
 }
+
+void Metrics::CountAbandoned() { impl_->abandoned->Increment(); }
 
 void Metrics::CountLateStart() { impl_->late_starts->Increment(); }
 

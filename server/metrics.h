@@ -22,6 +22,8 @@ enum class Phase { kQueue, kDecode, kCheck, kResample, kNetwork, kPose, kWeights
 struct QueueGauges {
   int64_t queued_requests = 0;
   int64_t queued_bytes = 0;
+  int64_t queued_vertices = 0;
+  int64_t queued_clients = 0;
   int64_t running_requests = 0;
 };
 
@@ -37,6 +39,8 @@ class Metrics {
   void ObserveBatch(int64_t requests, int64_t vertices);
   // A request that was not run, by the ErrorInfo reason.
   void CountRejection(const std::string& reason);
+  // A request that was given up while it ran.
+  void CountAbandoned();
   // A request that started to run after its deadline: stays 0.
   void CountLateStart();
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/base/stopwatch.h"
-#include "server/guarded.h"
+#include "server/isolated.h"
 #include "server/status_map.h"
 
 namespace stance {
@@ -36,7 +36,13 @@ std::vector<absl::StatusOr<RigResult>> RunJobs(const Pipeline& pipeline, std::sp
   return pipeline.RigBatch(jobs);
 }
 
-absl::Status GivenUp() {
+// Requests of one method cost alike.
+int KindOf(Rpc rpc, const TransferOptions& options) {
+  constexpr int kMostMethods = 16;
+  return static_cast<int>(rpc) * kMostMethods + static_cast<int>(options.method.value_or(Method::kSkeletal));
+}
+
+absl::Status GaveUp() {
   return WithReason(absl::CancelledError("the caller gave the request up"), "CANCELLED");
 }
 
@@ -48,7 +54,7 @@ void RunTyped(const Pipeline& pipeline, Metrics& metrics, std::span<CallRunner::
     auto& call = static_cast<SomeCall&>(*item.payload);
     Stopwatch watch;
     const absl::Status decoded =
-        call.is_cancelled() ? GivenUp() : Guarded("reading the request", [&] { return call.Decode(); });
+        call.is_cancelled() ? GaveUp() : Guarded("reading the request", [&] { return call.Decode(); });
     call.seconds().decode = watch.Lap();
     if (!decoded.ok()) {
       metrics.CountRejection(ReasonOf(decoded));
@@ -60,28 +66,27 @@ void RunTyped(const Pipeline& pipeline, Metrics& metrics, std::span<CallRunner::
     jobs.push_back(call.MakeJob());
   }
   if (jobs.empty()) return;
-  std::vector<absl::StatusOr<typename SomeCall::Result>> results;
-  const absl::Status ran = Guarded("running the batch", [&] {
-    results = RunJobs(pipeline, jobs);
-    return absl::OkStatus();
-  });
-  if (!ran.ok()) {
-    for (size_t i = 0; i < jobs.size(); ++i) metrics.CountRejection(ReasonOf(ran));
-    results.assign(jobs.size(), ran);
-  }
+  using Job = typename SomeCall::Job;
+  auto results = RunIsolated<typename SomeCall::Result>(
+      "running the batch", std::span<const Job>(jobs),
+      [&](std::span<const Job> some) { return RunJobs(pipeline, some); });
   for (size_t i = 0; i < ready.size(); ++i) {
     auto& call = static_cast<SomeCall&>(*ready[i]->payload);
     absl::Status status = results[i].status();
     if (status.code() == absl::StatusCode::kInvalidArgument) {
       metrics.CountRejection("INVALID_MESH");
       status = NameField(status, "INVALID_MESH", "");
-    } else if (status.ok() && call.is_cancelled()) {
-      status = GivenUp();
+    } else if (status.code() == absl::StatusCode::kCancelled || call.is_cancelled()) {
+      metrics.CountAbandoned();
+      status = GaveUp();
     } else if (status.ok()) {
       Stopwatch watch;
       status = Guarded("writing the answer", [&] { return call.Encode(*results[i]); });
       call.seconds().encode = watch.Lap();
       ObservePhases(metrics, results[i]->seconds, call.seconds());
+      call.LearnCost(results[i]->seconds);
+    } else {
+      metrics.CountRejection(ReasonOf(status));
     }
     call.set_result(std::move(status));
     results[i] = absl::CancelledError("answered");  // frees the result before the next one is encoded
@@ -104,6 +109,8 @@ absl::Status TransferCall::Plan() {
 int64_t TransferCall::Vertices() const {
   return EstimateVertices(request_.source()) + EstimateVertices(request_.reference());
 }
+
+int TransferCall::CostKind() const { return KindOf(rpc(), plan_.options); }
 
 int64_t TransferCall::RequestBytes() const { return static_cast<int64_t>(request_.ByteSizeLong()); }
 
@@ -132,6 +139,8 @@ absl::Status RigCall::Plan() {
 }
 
 int64_t RigCall::Vertices() const { return EstimateVertices(request_.mesh()); }
+
+int RigCall::CostKind() const { return KindOf(rpc(), plan_.options); }
 
 int64_t RigCall::RequestBytes() const { return static_cast<int64_t>(request_.ByteSizeLong()); }
 

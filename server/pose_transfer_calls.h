@@ -22,7 +22,9 @@ class TransferCall : public Call {
 
   absl::Status Decode();
   // Points into this call.
-  Job MakeJob() const { return {&source_, &reference_, plan_.options}; }
+  Job MakeJob() const {
+    return {&source_, &reference_, plan_.options, [this] { return is_cancelled(); }};
+  }
   absl::Status Encode(const Result& result);
 
  private:
@@ -30,6 +32,8 @@ class TransferCall : public Call {
   const std::string& RequestedId() const override { return request_.request_id(); }
   int64_t Vertices() const override;
   int64_t RequestBytes() const override;
+  Priority RequestedPriority() const override { return plan_.priority; }
+  int CostKind() const override;
   void FinishResponse(const std::string& request_id, const ServerSeconds& seconds) override;
 
   const Catalog& catalog_;
@@ -50,7 +54,9 @@ class RigCall : public Call {
           const v1::RigRequest* request, v1::RigResponse* response);
 
   absl::Status Decode();
-  Job MakeJob() const { return {&mesh_, plan_.options}; }
+  Job MakeJob() const {
+    return {&mesh_, plan_.options, [this] { return is_cancelled(); }};
+  }
   absl::Status Encode(const Result& result);
 
  private:
@@ -58,6 +64,8 @@ class RigCall : public Call {
   const std::string& RequestedId() const override { return request_.request_id(); }
   int64_t Vertices() const override;
   int64_t RequestBytes() const override;
+  Priority RequestedPriority() const override { return plan_.priority; }
+  int CostKind() const override;
   void FinishResponse(const std::string& request_id, const ServerSeconds& seconds) override;
 
   const Catalog& catalog_;

@@ -37,10 +37,15 @@ absl::Status Prefixed(const char* option, const absl::Status& status) {
 }
 
 BatcherOptions BatchingOf(const ServerConfig& config) {
-  return {.max_batch_items = static_cast<int>(config.batching_max_batch_requests),
+  return {.workers = static_cast<int>(config.inference_workers),
+          .max_batch_items = static_cast<int>(config.batching_max_batch_requests),
           .max_batch_cost = config.batching_max_batch_vertices,
           .max_queued_items = config.batching_max_queued_requests,
-          .max_queued_bytes = config.batching_max_queued_bytes};
+          .max_queued_bytes = config.batching_max_queued_bytes,
+          .max_queued_cost = config.batching_max_queued_vertices,
+          .max_queued_items_per_client = config.batching_max_queued_requests_per_client,
+          .priority_aging = Seconds(config.batching_priority_aging_seconds),
+          .refuse_unmeetable = config.batching_refuse_unmeetable};
 }
 
 v1::GetServerInfoResponse InfoOf(const ServerConfig& config, const Catalog& catalog) {
@@ -67,6 +72,9 @@ v1::GetServerInfoResponse InfoOf(const ServerConfig& config, const Catalog& cata
   limits->set_max_faces(static_cast<uint64_t>(config.limits_max_faces));
   limits->set_max_queued_requests(static_cast<uint64_t>(config.batching_max_queued_requests));
   limits->set_max_queued_bytes(static_cast<uint64_t>(config.batching_max_queued_bytes));
+  limits->set_max_queued_vertices(static_cast<uint64_t>(config.batching_max_queued_vertices));
+  limits->set_max_queued_requests_per_client(
+      static_cast<uint64_t>(config.batching_max_queued_requests_per_client));
   limits->set_max_batch_requests(static_cast<uint32_t>(config.batching_max_batch_requests));
   limits->set_max_batch_vertices(static_cast<uint64_t>(config.batching_max_batch_vertices));
   return info;
@@ -81,15 +89,19 @@ class AssembledServer : public Server {
                  pipeline_->skeleton(),
                  {config.limits_max_vertices, config.limits_max_faces}},
         runner_(
-            BatchingOf(config), static_cast<int>(config.inference_workers),
+            BatchingOf(config),
             [this](std::span<CallRunner::Item> batch) { RunCalls(*pipeline_, metrics_, RealClock(), batch); },
             RealClock(), [this] { WarmUp(); }),
-        serving_{metrics_, runner_, RealClock(), active_},
+        serving_{metrics_, runner_, RealClock(), active_, costs_, config.batching_client_metadata},
         pose_transfer_(serving_, catalog_),
         server_info_(InfoOf(config, catalog_), metrics_) {
     metrics_.SetQueueSource([this] {
       const CallRunner::Stats stats = runner_.stats();
-      return QueueGauges{stats.queued_items, stats.queued_bytes, stats.running_items};
+      return QueueGauges{.queued_requests = stats.queued_items,
+                         .queued_bytes = stats.queued_bytes,
+                         .queued_vertices = stats.queued_cost,
+                         .queued_clients = stats.queued_clients,
+                         .running_requests = stats.running_items};
     });
   }
 
@@ -183,6 +195,7 @@ class AssembledServer : public Server {
   const Catalog catalog_;
   Metrics metrics_;
   ActiveCalls active_;
+  CostEstimator costs_;
   CallRunner runner_;
   const Serving serving_;
   PoseTransferServiceImpl pose_transfer_;

@@ -42,6 +42,14 @@ std::optional<Message> Attached(const absl::Status& status, const char* url) {
   return message;
 }
 
+absl::Status WithRetry(absl::Status status, std::chrono::milliseconds retry_after) {
+  google::rpc::RetryInfo retry;
+  retry.mutable_retry_delay()->set_seconds(retry_after.count() / 1000);
+  retry.mutable_retry_delay()->set_nanos(static_cast<int32_t>(retry_after.count() % 1000) * 1'000'000);
+  Attach(status, kRetryInfoUrl, retry);
+  return status;
+}
+
 std::string DefaultReason(absl::StatusCode code) { return absl::StatusCodeToString(code); }
 
 // The length of the field path that `text` begins with, or 0: letters, digits, "_", "." and "[]", then ": ".
@@ -94,12 +102,12 @@ absl::Status NameField(const absl::Status& status, const std::string& reason, co
 
 absl::Status OverloadError(const std::string& reason, const std::string& message,
                            std::chrono::milliseconds retry_after) {
-  absl::Status status = WithReason(absl::UnavailableError(message), reason);
-  google::rpc::RetryInfo retry;
-  retry.mutable_retry_delay()->set_seconds(retry_after.count() / 1000);
-  retry.mutable_retry_delay()->set_nanos(static_cast<int32_t>(retry_after.count() % 1000) * 1'000'000);
-  Attach(status, kRetryInfoUrl, retry);
-  return status;
+  return WithRetry(WithReason(absl::UnavailableError(message), reason), retry_after);
+}
+
+absl::Status QuotaError(const std::string& reason, const std::string& message,
+                        std::chrono::milliseconds retry_after) {
+  return WithRetry(WithReason(absl::ResourceExhaustedError(message), reason), retry_after);
 }
 
 std::string ReasonOf(const absl::Status& status) {

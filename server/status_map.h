@@ -36,6 +36,10 @@ absl::Status NameField(const absl::Status& status, const std::string& reason, co
 absl::Status OverloadError(const std::string& reason, const std::string& message,
                            std::chrono::milliseconds retry_after);
 
+// More than one caller's share: RESOURCE_EXHAUSTED, otherwise as above.
+absl::Status QuotaError(const std::string& reason, const std::string& message,
+                        std::chrono::milliseconds retry_after);
+
 // The ErrorInfo reason: the one attached, or one that stands for the code ("INTERNAL"). Empty for OK.
 std::string ReasonOf(const absl::Status& status);
 

@@ -120,4 +120,18 @@ absl::StatusOr<BoneNaming> BoneNamingFromWire(v1::BoneNaming naming) {
   }
 }
 
+absl::StatusOr<Priority> PriorityFromWire(v1::Priority priority) {
+  switch (priority) {
+    case v1::PRIORITY_BULK:
+      return Priority::kBulk;
+    case v1::PRIORITY_UNSPECIFIED:
+    case v1::PRIORITY_NORMAL:
+      return Priority::kNormal;
+    case v1::PRIORITY_INTERACTIVE:
+      return Priority::kInteractive;
+    default:
+      return UnknownValue("priority", priority);
+  }
+}
+
 }  // namespace stance

@@ -7,6 +7,7 @@
 #include "core/base/status.h"
 #include "core/skeleton/bone_names.h"
 #include "core/transfer/options.h"
+#include "server/batching/fair_queue.h"
 #include "stance/v1/pose_transfer.pb.h"
 
 namespace stance {
@@ -29,5 +30,6 @@ absl::StatusOr<Twist> TwistFromWire(v1::Twist twist);
 absl::StatusOr<Facing> FacingFromWire(v1::Facing facing);
 absl::StatusOr<Ground> GroundFromWire(v1::Ground ground);
 absl::StatusOr<BoneNaming> BoneNamingFromWire(v1::BoneNaming naming);
+absl::StatusOr<Priority> PriorityFromWire(v1::Priority priority);
 
 }  // namespace stance

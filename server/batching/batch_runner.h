@@ -34,12 +34,14 @@ class BatchRunner {
   struct Stats {
     int64_t queued_items = 0;
     int64_t queued_bytes = 0;
+    int64_t queued_cost = 0;
+    int64_t queued_clients = 0;  // that have something waiting
     int64_t running_items = 0;
   };
 
-  // Starts `workers` threads, each of which calls `prepare` first, if there is one; returns when all have. It
-  // must not throw. `clock` must outlive the runner.
-  BatchRunner(const BatcherOptions& options, int workers, Work work, Clock& clock = RealClock(),
+  // Starts `options.workers` threads, each of which calls `prepare` first, if there is one; returns when all
+  // have. It must not throw. `clock` must outlive the runner.
+  BatchRunner(const BatcherOptions& options, Work work, Clock& clock = RealClock(),
               const std::function<void()>& prepare = nullptr);
   // Shuts down at once: what waits is given back, what runs is finished.
   ~BatchRunner();
@@ -66,6 +68,8 @@ class BatchRunner {
   void TimerLoop();
   // Makes the timer wake in time for the next expiry that no worker would notice.
   void ArmTimerLocked();
+  // Lets the timer sleep on if nothing waits that could expire.
+  void DisarmTimerLocked();
   static void Complete(std::vector<Refused>& refused);
 
   const Work work_;
@@ -88,12 +92,12 @@ class BatchRunner {
 };
 
 template <typename Payload>
-BatchRunner<Payload>::BatchRunner(const BatcherOptions& options, int workers, Work work, Clock& clock,
+BatchRunner<Payload>::BatchRunner(const BatcherOptions& options, Work work, Clock& clock,
                                   const std::function<void()>& prepare)
     : work_(std::move(work)), clock_(clock), batcher_(options) {
-  STANCE_CHECK(workers >= 1);
-  std::latch prepared(workers);
-  for (int i = 0; i < workers; ++i) {
+  STANCE_CHECK(options.workers >= 1);
+  std::latch prepared(options.workers);
+  for (int i = 0; i < options.workers; ++i) {
     threads_.emplace_back([this, &prepare, &prepared] {
       if (prepare) prepare();
       prepared.count_down();
@@ -136,7 +140,7 @@ void BatchRunner<Payload>::Submit(Item item) {
       }
     }
   }
-  if (refused) refused->item.done(refused->outcome);
+  if (refused) refused->item.done(refused->outcome, refused->retry_after);
 }
 
 template <typename Payload>
@@ -174,7 +178,11 @@ bool BatchRunner<Payload>::Drain(TimePoint deadline) {
 template <typename Payload>
 typename BatchRunner<Payload>::Stats BatchRunner<Payload>::stats() const {
   std::lock_guard<std::mutex> guard(mutex_);
-  return {batcher_.size(), batcher_.bytes(), running_};
+  return {.queued_items = batcher_.size(),
+          .queued_bytes = batcher_.bytes(),
+          .queued_cost = batcher_.cost(),
+          .queued_clients = batcher_.clients(),
+          .running_items = running_};
 }
 
 template <typename Payload>
@@ -185,6 +193,8 @@ void BatchRunner<Payload>::WorkerLoop() {
     auto decision = batcher_.Step(clock_.Now(), idle_);
     while (decision.dispatch.empty() && decision.refused.empty()) {
       if (stopping_) return;
+      next_expiry_ = decision.wake_at;
+      DisarmTimerLocked();
       clock_.WaitUntil(work_condition_, lock, kNever);
       decision = batcher_.Step(clock_.Now(), idle_);
     }
@@ -199,8 +209,10 @@ void BatchRunner<Payload>::WorkerLoop() {
     for (Item& item : decision.dispatch) {
       if (item.done.pending()) item.done(Outcome::kExecuted);
     }
+    const uint64_t batch = decision.batch;
     decision = {};  // payloads are freed outside the lock
     lock.lock();
+    batcher_.Finish(batch);
     running_ -= taken;
     if (running_ == 0 && batcher_.size() == 0) drained_condition_.notify_all();
   }
@@ -238,8 +250,15 @@ void BatchRunner<Payload>::ArmTimerLocked() {
 }
 
 template <typename Payload>
+void BatchRunner<Payload>::DisarmTimerLocked() {
+  if (timer_at_ == kNever || next_expiry_ != kNever) return;
+  timer_at_ = kNever;
+  timer_condition_.notify_one();
+}
+
+template <typename Payload>
 void BatchRunner<Payload>::Complete(std::vector<Refused>& refused) {
-  for (Refused& each : refused) each.item.done(each.outcome);
+  for (Refused& each : refused) each.item.done(each.outcome, each.retry_after);
 }
 
 }  // namespace stance

@@ -8,6 +8,7 @@
 #include <spawn.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -453,7 +454,7 @@ TEST(ServerTest, AFullQueueIsRefusedWithReasonAndPushback) {
 }
 
 TEST(ServerTest, APassedDeadlineIsNeverRun) {
-  auto server = MeasuredServer::Start({"--inference-workers", "1"});
+  auto server = MeasuredServer::Start({"--inference-workers", "1", "--batching-refuse-unmeetable", "false"});
   ASSERT_NE(server, nullptr);
   const auto channel = ChannelTo(*server);
   auto running = CallAsync(channel, LargeRequest());
@@ -486,6 +487,152 @@ TEST(ServerTest, ACancelledCallLeavesTheQueue) {
   server->AwaitMetric("stance_rejections_total{reason=\"CANCELLED\"}", 1);
   EXPECT_TRUE(running.get().status.ok());
   EXPECT_EQ(server->Metric("stance_phase_seconds_count{phase=\"queue\"}"), 1);
+}
+
+TEST(ServerTest, ACallThatIsCancelledWhileItRunsIsAbandoned) {
+  auto server = MeasuredServer::Start({"--inference-workers", "1"});
+  ASSERT_NE(server, nullptr);
+  const auto channel = ChannelTo(*server);
+  grpc::ClientContext context;  // outlives TryCancel, as above
+  auto cancelled = std::async(std::launch::async, [&] {
+    v1::TransferResponse response;
+    return v1::PoseTransferService::NewStub(channel)->Transfer(&context, LargeRequest(), &response);
+  });
+  server->AwaitMetric(kRunning, 1);
+  context.TryCancel();
+  EXPECT_EQ(cancelled.get().error_code(), grpc::CANCELLED);
+  server->AwaitMetric("stance_requests_total{code=\"CANCELLED\",rpc=\"Transfer\"}", 1);
+  // The worker may have taken it and not have begun yet.
+  const double before = server->Metric("stance_rejections_total{reason=\"CANCELLED\"}");
+  EXPECT_EQ(server->Metric("stance_abandoned_requests_total"), before == 1 ? 0 : 1);
+  EXPECT_EQ(server->Metric("stance_phase_seconds_count{phase=\"encode\"}"), 0);
+  EXPECT_TRUE(Call(channel, SmallRequest()).status.ok());
+}
+
+// One worker that takes one call at a time, kept busy; the clients name themselves.
+class TurnsTest : public ::testing::Test {
+ protected:
+  static constexpr char kClientKey[] = "stance-client";
+
+  void Start(const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments = {"--inference-workers",           "1",
+                                          "--batching-max-batch-requests", "1",
+                                          "--batching-client-metadata",    kClientKey};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    server_ = MeasuredServer::Start(arguments);
+    ASSERT_NE(server_, nullptr);
+    channel_ = ChannelTo(*server_);
+    calls_.push_back(CallAsync(channel_, LargeRequest()));
+    server_->AwaitMetric(kRunning, 1);
+  }
+  // Sends a call and waits until it waits.
+  void Queue(const std::string& client, const std::string& id,
+             v1::Priority priority = v1::PRIORITY_UNSPECIFIED) {
+    v1::TransferRequest request = SmallRequest();
+    request.set_request_id(id);
+    request.set_priority(priority);
+    calls_.push_back(CallAsync(channel_, request, As(client)));
+    server_->AwaitMetric(kQueued, ++queued_);
+  }
+  static std::function<void(grpc::ClientContext&)> As(const std::string& client) {
+    return [client](grpc::ClientContext& context) { context.AddMetadata(kClientKey, client); };
+  }
+  // The ids in the order in which they were answered, once all are.
+  std::vector<std::string> Answered(const std::vector<std::string>& ids) {
+    for (auto& call : calls_) EXPECT_TRUE(call.get().status.ok());
+    const std::string log = server_->Log();
+    std::vector<std::pair<size_t, std::string>> places;
+    for (const std::string& id : ids) places.emplace_back(log.find("\"request_id\":\"" + id + "\""), id);
+    std::sort(places.begin(), places.end());
+    std::vector<std::string> ordered;
+    for (const auto& [place, id] : places) ordered.push_back(id);
+    return ordered;
+  }
+
+  std::unique_ptr<MeasuredServer> server_;
+  std::shared_ptr<grpc::Channel> channel_;
+  std::vector<std::future<Answer>> calls_;
+  double queued_ = 0;
+};
+
+TEST_F(TurnsTest, AFloodOfOneClientDelaysAnotherByOneCall) {
+  Start();
+  for (const char* id : {"flood-0", "flood-1", "flood-2"}) Queue("flood", id);
+  Queue("other", "other-0");
+  EXPECT_EQ(server_->Metric("stance_queued_clients"), 2);
+  EXPECT_THAT(Answered({"flood-0", "flood-1", "flood-2", "other-0"}),
+              ElementsAre("flood-0", "other-0", "flood-1", "flood-2"));
+}
+
+TEST_F(TurnsTest, PrioritiesOrderTheCallsOfOneClient) {
+  Start();
+  Queue("a", "bulk", v1::PRIORITY_BULK);
+  Queue("a", "normal");
+  Queue("a", "interactive", v1::PRIORITY_INTERACTIVE);
+  Queue("b", "other");
+  EXPECT_THAT(Answered({"bulk", "normal", "interactive", "other"}),
+              ElementsAre("interactive", "other", "normal", "bulk"));
+  v1::TransferRequest wrong = SmallRequest();
+  wrong.set_priority(v1::Priority(9));
+  const grpc::Status status = Call(channel_, wrong).status;
+  EXPECT_EQ(status.error_code(), grpc::INVALID_ARGUMENT);
+  EXPECT_EQ(FieldOf(status), "priority");
+}
+
+TEST_F(TurnsTest, AClientBeyondItsQuotaIsRefusedAndTheOthersAreNot) {
+  Start({"--batching-max-queued-requests-per-client", "1"});
+  Queue("a", "first");
+  const Answer refused = Call(channel_, SmallRequest(), As("a"));
+  EXPECT_EQ(refused.status.error_code(), grpc::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(ReasonOf(refused.status), "CLIENT_QUOTA");
+  EXPECT_EQ(refused.pushback, "250");
+  Queue("b", "second");
+  EXPECT_THAT(Answered({"first", "second"}), ElementsAre("first", "second"));
+  EXPECT_EQ(server_->Metric("stance_rejections_total{reason=\"CLIENT_QUOTA\"}"), 1);
+}
+
+TEST_F(TurnsTest, AQueueOfTooManyVerticesIsRefused) {
+  Start({"--batching-max-queued-vertices", "1000"});
+  Queue("a", "first");
+  EXPECT_GT(server_->Metric("stance_queued_vertices"), 642);
+  const Answer refused = Call(channel_, SmallRequest());
+  EXPECT_EQ(refused.status.error_code(), grpc::UNAVAILABLE);
+  EXPECT_EQ(ReasonOf(refused.status), "QUEUE_VERTICES_FULL");
+  EXPECT_EQ(refused.pushback, "250");
+  EXPECT_THAT(Answered({"first"}), ElementsAre("first"));
+}
+
+// The server learns what a call costs. With eight such calls ahead, one that has time for four is refused at
+// once, as is one that has not even time for itself; neither runs.
+TEST_F(TurnsTest, WhatCannotMeetItsDeadlineIsRefusedAtOnce) {
+  Start();
+  EXPECT_TRUE(calls_[0].get().status.ok());
+  calls_.clear();
+  const v1::TransferRequest request = RequestOf(testing::Icosphere(4), testing::Icosphere(4));
+  double seconds = 0;
+  for (int i = 0; i < 4; ++i) {
+    const Answer answer = Call(channel_, request);
+    ASSERT_TRUE(answer.status.ok()) << answer.status.error_message();
+    seconds = std::max(seconds, answer.response.timings().total_seconds());
+  }
+  const auto within = [](double patience) {
+    return [patience](grpc::ClientContext& context) {
+      context.set_deadline(std::chrono::system_clock::now() +
+                           std::chrono::microseconds(static_cast<int64_t>(1e6 * patience)));
+    };
+  };
+  const Answer hopeless = Call(channel_, LargeRequest(), within(seconds / 3));
+  EXPECT_EQ(hopeless.status.error_code(), grpc::DEADLINE_EXCEEDED);
+  for (int i = 0; i < 9; ++i) calls_.push_back(CallAsync(channel_, request));
+  server_->AwaitMetric(kQueued, 8);
+  const Answer refused = Call(channel_, request, within(4 * seconds));
+  EXPECT_EQ(refused.status.error_code(), grpc::UNAVAILABLE) << refused.status.error_message();
+  EXPECT_EQ(ReasonOf(refused.status), "DEADLINE_UNMEETABLE");
+  EXPECT_GE(std::stoi("0" + refused.pushback), 250);
+  for (auto& call : calls_) EXPECT_TRUE(call.get().status.ok());
+  EXPECT_EQ(server_->Metric("stance_rejections_total{reason=\"DEADLINE_UNMEETABLE\"}"), 1);
+  EXPECT_EQ(server_->Metric("stance_phase_seconds_count{phase=\"queue\"}"), 1 + 4 + 9);
+  EXPECT_EQ(server_->Metric("stance_late_starts_total"), 0);
 }
 
 TEST(ServerTest, AKilledClientCostsNothingButItsOwnCall) {

@@ -60,6 +60,16 @@ INSTANTIATE_TEST_SUITE_P(
         BadToml{"[batching]\nmax_batch_requests = 0\n", "batching.max_batch_requests: 0 is not"},
         BadToml{"[server]\nlame_duck_seconds = \"1\"\n", "server.lame_duck_seconds: want a number"},
         BadToml{"[server]\nlame_duck_seconds = nan\n", "server.lame_duck_seconds: nan is not"},
+        BadToml{"[batching]\npriority_aging_seconds = -1\n", "batching.priority_aging_seconds: -1 is not"},
+        BadToml{"[batching]\nmax_queued_vertices = 0\n", "batching.max_queued_vertices: 0 is not"},
+        BadToml{"[batching]\nmax_queued_requests_per_client = -1\n",
+                "batching.max_queued_requests_per_client: -1 is not"},
+        BadToml{"[batching]\nrefuse_unmeetable = 1\n", "batching.refuse_unmeetable: want true or false"},
+        BadToml{"[batching]\nclient_metadata = \"Client\"\n", "batching.client_metadata: 'Client' is not"},
+        BadToml{"[batching]\nclient_metadata = \"grpc-client\"\n",
+                "batching.client_metadata: 'grpc-client' is not"},
+        BadToml{"[batching]\nclient_metadata = \"client-bin\"\n",
+                "batching.client_metadata: 'client-bin' is not"},
         BadToml{"[model]\ndirectory = 5\n", "model.directory: want strings"},
         BadToml{"[model]\ndirectory = [\"a\", 5]\n", "model.directory: want strings"},
         BadToml{"[model]\ndirectory = []\n", "model.directory: '' is not a list of names"},
@@ -74,6 +84,9 @@ TEST(ConfigTest, OptionsReadText) {
   EXPECT_EQ(config.limits_max_vertices, 1234);
   EXPECT_TRUE(SetOption(config, "server.keepalive_seconds", "1.5").ok());
   EXPECT_EQ(config.server_keepalive_seconds, 1.5);
+  EXPECT_TRUE(SetOption(config, "batching.client_metadata", "x-client_id.2").ok());
+  EXPECT_EQ(config.batching_client_metadata, "x-client_id.2");
+  EXPECT_TRUE(SetOption(config, "batching.client_metadata", "").ok());
   EXPECT_THAT(ErrorOf(SetOption(config, "limits.max_vertices", "12x")),
               StartsWith("limits.max_vertices: '12x'"));
   EXPECT_THAT(ErrorOf(SetOption(config, "limits.max_vertices", "")), StartsWith("limits.max_vertices: ''"));
@@ -136,6 +149,13 @@ TEST(ConfigTest, RefusesWhatCannotServe) {
   small_queue.batching_max_queued_bytes = 1000;
   EXPECT_THAT(ErrorOf(FinishConfig(small_queue, 2)),
               StartsWith("batching.max_queued_bytes: 1000 is less than"));
+  ServerConfig wide_quota;
+  wide_quota.batching_max_queued_requests = 10;
+  wide_quota.batching_max_queued_requests_per_client = 10;
+  EXPECT_TRUE(FinishConfig(wide_quota, 2).ok());
+  wide_quota.batching_max_queued_requests_per_client = 11;
+  EXPECT_THAT(ErrorOf(FinishConfig(wide_quota, 2)),
+              StartsWith("batching.max_queued_requests_per_client: 11 is more than"));
 }
 
 // Every option's default is one that SetOption accepts, so that the help text can be copied.

@@ -76,6 +76,7 @@ TEST(PlanTransferTest, DefaultsAreCoresOwn) {
   EXPECT_FALSE(plan->want_weights);
   EXPECT_FALSE(plan->options.reference_weights);
   EXPECT_EQ(plan->target_format, v1::OUTPUT_FORMAT_ARRAYS);
+  EXPECT_EQ(plan->priority, Priority::kNormal);
 }
 
 TEST(PlanTransferTest, TakesOverEachOption) {
@@ -95,6 +96,7 @@ TEST(PlanTransferTest, TakesOverEachOption) {
   options->set_twist(v1::TWIST_INHERITED);
   options->set_facing(v1::FACING_SOURCE);
   options->set_ground(v1::GROUND_SOURCE);
+  request.set_priority(v1::PRIORITY_BULK);
   const absl::StatusOr<TransferPlan> plan = PlanTransfer(request, TestCatalog());
   ASSERT_TRUE(plan.ok()) << plan.status();
   EXPECT_EQ(plan->options.source_up, UpAxis::kZ);
@@ -110,6 +112,7 @@ TEST(PlanTransferTest, TakesOverEachOption) {
   EXPECT_EQ(plan->options.twist, Twist::kInherited);
   EXPECT_EQ(plan->options.facing, Facing::kSource);
   EXPECT_EQ(plan->options.ground, Ground::kSource);
+  EXPECT_EQ(plan->priority, Priority::kBulk);
 }
 
 TEST(PlanTransferTest, MethodAndModelNameEachOther) {
@@ -223,6 +226,21 @@ TEST(PlanRigTest, NeedsAMesh) {
   v1::RigRequest request;
   *request.mutable_mesh() = ArraysMesh();
   EXPECT_TRUE(PlanRig(request, TestCatalog()).ok());
+}
+
+TEST(PlanRigTest, TakesOverThePriority) {
+  v1::RigRequest request;
+  *request.mutable_mesh() = ArraysMesh();
+  const auto planned = [&](v1::Priority priority) {
+    request.set_priority(priority);
+    return PlanRig(request, TestCatalog());
+  };
+  EXPECT_EQ(planned(v1::PRIORITY_UNSPECIFIED)->priority, Priority::kNormal);
+  EXPECT_EQ(planned(v1::PRIORITY_NORMAL)->priority, Priority::kNormal);
+  EXPECT_EQ(planned(v1::PRIORITY_INTERACTIVE)->priority, Priority::kInteractive);
+  const absl::Status unknown = planned(v1::Priority(9)).status();
+  EXPECT_EQ(unknown.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(FieldOf(unknown), "priority");
 }
 
 TEST(DecodeMeshTest, NamesTheArrayAtFault) {

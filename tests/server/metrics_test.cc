@@ -18,6 +18,7 @@ TEST(MetricsTest, CountsByLabel) {
   metrics.CountRejection("QUEUE_FULL");
   metrics.CountRejection("QUEUE_FULL");
   metrics.CountLateStart();
+  metrics.CountAbandoned();
   const std::string page = metrics.Page();
   EXPECT_THAT(page, HasSubstr("stance_requests_total{code=\"OK\",rpc=\"Transfer\"} 2"));
   EXPECT_THAT(page, HasSubstr("stance_requests_total{code=\"UNAVAILABLE\",rpc=\"Rig\"} 1"));
@@ -29,17 +30,26 @@ TEST(MetricsTest, CountsByLabel) {
   EXPECT_THAT(page, HasSubstr("stance_batch_vertices_sum 20000"));
   EXPECT_THAT(page, HasSubstr("stance_rejections_total{reason=\"QUEUE_FULL\"} 2"));
   EXPECT_THAT(page, HasSubstr("stance_late_starts_total 1"));
+  EXPECT_THAT(page, HasSubstr("stance_abandoned_requests_total 1"));
 }
 
 TEST(MetricsTest, ReadsTheQueueAtEachScrape) {
   Metrics metrics;
   int64_t waiting = 4;
-  metrics.SetQueueSource([&waiting] { return QueueGauges{waiting, 500, 2}; });
+  metrics.SetQueueSource([&waiting] {
+    return QueueGauges{.queued_requests = waiting,
+                       .queued_bytes = 500,
+                       .queued_vertices = 7000,
+                       .queued_clients = 3,
+                       .running_requests = 2};
+  });
   EXPECT_THAT(metrics.Page(), HasSubstr("stance_queued_requests 4"));
   waiting = 0;
   const std::string page = metrics.Page();
   EXPECT_THAT(page, HasSubstr("stance_queued_requests 0"));
   EXPECT_THAT(page, HasSubstr("stance_queued_bytes 500"));
+  EXPECT_THAT(page, HasSubstr("stance_queued_vertices 7000"));
+  EXPECT_THAT(page, HasSubstr("stance_queued_clients 3"));
   EXPECT_THAT(page, HasSubstr("stance_running_requests 2"));
   metrics.SetQueueSource(nullptr);
   EXPECT_THAT(metrics.Page(), HasSubstr("stance_queued_bytes 0"));

@@ -118,6 +118,14 @@ TEST(StatusMapTest, AnOverloadSaysWhenToRetry) {
   EXPECT_EQ(RetryPushback(absl::InternalError("x")), std::nullopt);
 }
 
+TEST(StatusMapTest, AQuotaSaysWhenToRetry) {
+  const absl::Status error = QuotaError("CLIENT_QUOTA", "too many", milliseconds(250));
+  EXPECT_EQ(RetryPushback(error), milliseconds(250));
+  const grpc::Status status = ToGrpcStatus(error);
+  EXPECT_EQ(status.error_code(), grpc::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(Detail<google::rpc::ErrorInfo>(status).reason(), "CLIENT_QUOTA");
+}
+
 TEST(StatusMapTest, MetadataOfAReasonTravels) {
   const absl::Status error = WithReason(absl::NotFoundError("x"), "MODEL_NOT_FOUND", {{"model", "m"}});
   EXPECT_EQ(Detail<google::rpc::ErrorInfo>(ToGrpcStatus(error)).metadata().at("model"), "m");

@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <future>
 #include <latch>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -77,9 +79,45 @@ class GatedWork {
   bool open_ = false;
 };
 
+// The real clock, that tells who sleeps and until when at most.
+class WatchedClock : public Clock {
+ public:
+  TimePoint Now() override { return RealClock().Now(); }
+  void WaitUntil(std::condition_variable& condition, std::unique_lock<std::mutex>& lock,
+                 TimePoint when) override {
+    {
+      const std::lock_guard<std::mutex> guard(mutex_);
+      limits_[std::this_thread::get_id()] = when;
+    }
+    RealClock().WaitUntil(condition, lock, when);
+    const std::lock_guard<std::mutex> guard(mutex_);
+    limits_.erase(std::this_thread::get_id());
+  }
+  // How many sleep, and how many of them without a limit.
+  std::pair<size_t, size_t> Sleepers() {
+    const std::lock_guard<std::mutex> guard(mutex_);
+    const auto endless =
+        std::count_if(limits_.begin(), limits_.end(), [](const auto& each) { return each.second == kNever; });
+    return {limits_.size(), static_cast<size_t>(endless)};
+  }
+  // Until so many sleep without a limit; false if that takes longer than any machine needs.
+  bool AwaitEndlessSleepers(size_t count) {
+    const TimePoint patience = Now() + std::chrono::minutes(1);
+    while (Sleepers().second != count) {
+      if (Now() > patience) return false;
+      std::this_thread::yield();
+    }
+    return true;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::thread::id, TimePoint> limits_;  // protected by mutex_
+};
+
 TEST(BatchRunnerTest, ExecutesWhatIsSubmitted) {
   std::atomic<int> sum = 0;
-  TestRunner runner({}, 2, [&sum](std::span<TestItem> batch) {
+  TestRunner runner({.workers = 2}, [&sum](std::span<TestItem> batch) {
     for (const TestItem& item : batch) sum += item.payload;
   });
   std::vector<std::future<Outcome>> outcomes;
@@ -96,7 +134,7 @@ TEST(BatchRunnerTest, EveryWorkerIsPreparedBeforeItIsConstructed) {
   std::mutex mutex;
   std::set<std::thread::id> prepared;
   BatchRunner<int> runner(
-      {}, 3, [](std::span<BatchItem<int>>) {}, RealClock(),
+      {.workers = 3}, [](std::span<BatchItem<int>>) {}, RealClock(),
       [&] {
         const std::lock_guard<std::mutex> guard(mutex);
         prepared.insert(std::this_thread::get_id());
@@ -107,7 +145,7 @@ TEST(BatchRunnerTest, EveryWorkerIsPreparedBeforeItIsConstructed) {
 
 TEST(BatchRunnerTest, WhatArrivesWhileTheWorkerIsBusySharesTheNextBatch) {
   GatedWork work;
-  TestRunner runner({}, 1, work.AsWork());
+  TestRunner runner({.workers = 1}, work.AsWork());
   Submission first = Make(0);
   runner.Submit(std::move(first.item));
   work.AwaitBatches(1);
@@ -125,7 +163,7 @@ TEST(BatchRunnerTest, WhatArrivesWhileTheWorkerIsBusySharesTheNextBatch) {
 
 TEST(BatchRunnerTest, RefusesOnTheCallersThreadWhenTheQueueIsFull) {
   GatedWork work;
-  TestRunner runner({.max_queued_items = 1}, 1, work.AsWork());
+  TestRunner runner({.workers = 1, .max_queued_items = 1}, work.AsWork());
   Submission running = Make(0), waiting = Make(1), refused = Make(2);
   runner.Submit(std::move(running.item));
   work.AwaitBatches(1);
@@ -140,7 +178,7 @@ TEST(BatchRunnerTest, RefusesOnTheCallersThreadWhenTheQueueIsFull) {
 TEST(BatchRunnerTest, AnExpiredItemIsAnsweredWhileTheWorkerIsBusy) {
   testing::FakeClock clock;
   GatedWork work;
-  TestRunner runner({}, 1, work.AsWork(), clock);
+  TestRunner runner({.workers = 1}, work.AsWork(), clock);
   Submission running = Make(0), doomed = Make(1, clock.Now() + milliseconds(10)), patient = Make(2);
   runner.Submit(std::move(running.item));
   work.AwaitBatches(1);
@@ -157,7 +195,7 @@ TEST(BatchRunnerTest, AnExpiredItemIsAnsweredWhileTheWorkerIsBusy) {
 TEST(BatchRunnerTest, ANearerDeadlineMovesTheTimerForward) {
   testing::FakeClock clock;
   GatedWork work;
-  TestRunner runner({}, 1, work.AsWork(), clock);
+  TestRunner runner({.workers = 1}, work.AsWork(), clock);
   Submission running = Make(0);
   Submission later = Make(1, clock.Now() + milliseconds(30));
   Submission sooner = Make(2, clock.Now() + milliseconds(10));
@@ -175,7 +213,7 @@ TEST(BatchRunnerTest, ANearerDeadlineMovesTheTimerForward) {
 
 TEST(BatchRunnerTest, ACancelledItemIsAnsweredWhileTheWorkerIsBusy) {
   GatedWork work;
-  TestRunner runner({}, 1, work.AsWork());
+  TestRunner runner({.workers = 1}, work.AsWork());
   auto flag = std::make_shared<std::atomic<bool>>(false);
   Submission running = Make(0), cancelled = Make(1, kNever, flag);
   runner.Submit(std::move(running.item));
@@ -191,7 +229,7 @@ TEST(BatchRunnerTest, ACancelledItemIsAnsweredWhileTheWorkerIsBusy) {
 
 TEST(BatchRunnerTest, DrainFinishesEverythingAdmittedAndRefusesTheRest) {
   GatedWork work;
-  TestRunner runner({}, 1, work.AsWork());
+  TestRunner runner({.workers = 1}, work.AsWork());
   Submission running = Make(0), waiting = Make(1), late = Make(2);
   runner.Submit(std::move(running.item));
   work.AwaitBatches(1);
@@ -220,7 +258,7 @@ TEST(BatchRunnerTest, DrainFinishesEverythingAdmittedAndRefusesTheRest) {
 TEST(BatchRunnerTest, DrainGivesBackWhatStillWaitsAtItsDeadline) {
   testing::FakeClock clock;
   GatedWork work;
-  TestRunner runner({}, 1, work.AsWork(), clock);
+  TestRunner runner({.workers = 1}, work.AsWork(), clock);
   Submission running = Make(0), waiting = Make(1);
   runner.Submit(std::move(running.item));
   work.AwaitBatches(1);
@@ -232,12 +270,110 @@ TEST(BatchRunnerTest, DrainGivesBackWhatStillWaitsAtItsDeadline) {
   EXPECT_EQ(running.outcome.get(), Outcome::kExecuted);
 }
 
+// Two workers and the timer: whatever has been before, they sleep without a limit when there is nothing to
+// do, so that nothing but a request can wake them.
+TEST(BatchRunnerTest, NothingWakesWhenIdle) {
+  WatchedClock clock;
+  GatedWork work;
+  TestRunner runner({.workers = 2, .max_batch_items = 1}, work.AsWork(), clock);
+  EXPECT_TRUE(clock.AwaitEndlessSleepers(3));
+  std::vector<Submission> submissions;
+  for (int i = 0; i < 2; ++i) {
+    submissions.push_back(Make(i));
+    runner.Submit(std::move(submissions.back().item));
+  }
+  work.AwaitBatches(2);
+  for (int i = 2; i < 10; ++i) {
+    submissions.push_back(Make(i, clock.Now() + std::chrono::hours(1)));
+    runner.Submit(std::move(submissions.back().item));
+  }
+  // The timer waits for the nearest deadline, which no worker would notice.
+  while (clock.Sleepers() != std::pair<size_t, size_t>(1, 0)) std::this_thread::yield();
+  work.Open();
+  for (Submission& each : submissions) EXPECT_EQ(each.outcome.get(), Outcome::kExecuted);
+  EXPECT_TRUE(clock.AwaitEndlessSleepers(3));
+}
+
+// On the real clock: while every worker is busy, each is answered when its own deadline has passed.
+TEST(BatchRunnerTest, ExpiredItemsAreAnsweredInTheOrderOfTheirDeadlines) {
+  constexpr int kItems = 8;
+  GatedWork work;
+  TestRunner runner({.workers = 2, .max_batch_items = 1}, work.AsWork());
+  Submission running[] = {Make(100), Make(101)};
+  for (Submission& each : running) runner.Submit(std::move(each.item));
+  work.AwaitBatches(2);
+  std::mutex mutex;
+  std::vector<int> answered;
+  std::vector<TimePoint> answered_at(kItems), deadlines(kItems);
+  std::latch all(kItems);
+  const TimePoint start = RealClock().Now();
+  for (int i = 0; i < kItems; ++i) {
+    const int rank = (5 * i) % kItems;  // arrives as the i-th, expires as the rank-th
+    TestItem item;
+    item.payload = rank;
+    item.deadline = deadlines[rank] = start + milliseconds(300 + 5 * rank);
+    item.done = Completion([&, rank](Outcome outcome) {
+      EXPECT_EQ(outcome, Outcome::kExpired);
+      {
+        const std::lock_guard<std::mutex> guard(mutex);
+        answered.push_back(rank);
+        answered_at[rank] = RealClock().Now();
+      }
+      all.count_down();
+    });
+    runner.Submit(std::move(item));
+  }
+  // Where the machine stalls for longer than that, some expire before they are submitted.
+  const bool all_waited = RealClock().Now() < deadlines[0];
+  all.wait();
+  if (all_waited) {
+    EXPECT_THAT(answered, ElementsAre(0, 1, 2, 3, 4, 5, 6, 7));
+  }
+  for (int rank = 0; rank < kItems; ++rank) EXPECT_GE(answered_at[rank], deadlines[rank]);
+  for (Submission& each : running) EXPECT_EQ(each.outcome.wait_for(seconds(0)), std::future_status::timeout);
+  work.Open();
+  for (Submission& each : running) EXPECT_EQ(each.outcome.get(), Outcome::kExecuted);
+  EXPECT_EQ(work.batches().size(), 2u) << "an expired item ran";
+}
+
+TEST(BatchRunnerTest, RefusesOnTheCallersThreadWhatCannotMeetItsDeadline) {
+  testing::FakeClock clock;
+  GatedWork work;
+  TestRunner runner({.workers = 1}, work.AsWork(), clock);
+  Submission running = Make(0);
+  running.item.work = seconds(10);
+  runner.Submit(std::move(running.item));
+  work.AwaitBatches(1);
+  TestItem late;
+  late.work = milliseconds(1);
+  late.deadline = clock.Now() + seconds(4);
+  std::optional<std::pair<Outcome, Duration>> answer;
+  late.done =
+      Completion([&](Outcome outcome, Duration retry_after) { answer = std::pair(outcome, retry_after); });
+  runner.Submit(std::move(late));
+  ASSERT_TRUE(answer.has_value());
+  EXPECT_EQ(answer->first, Outcome::kTooMuchAhead);
+  EXPECT_EQ(answer->second, milliseconds(6'001));
+  Submission in_time = Make(1, clock.Now() + seconds(11));
+  in_time.item.work = milliseconds(1);
+  runner.Submit(std::move(in_time.item));
+  work.Open();
+  EXPECT_EQ(in_time.outcome.get(), Outcome::kExecuted);
+  EXPECT_EQ(running.outcome.get(), Outcome::kExecuted);
+  // What was expected of a finished batch is forgotten.
+  while (runner.stats().running_items > 0) std::this_thread::yield();
+  Submission next = Make(2, clock.Now() + seconds(4));
+  next.item.work = milliseconds(1);
+  runner.Submit(std::move(next.item));
+  EXPECT_EQ(next.outcome.get(), Outcome::kExecuted);
+}
+
 // Idle workers and an idle timer sleep without a limit: the clock can jump by hours and nobody goes back to
 // sleep more than once for it.
 TEST(BatchRunnerTest, ServesAfterALongIdleTime) {
   testing::FakeClock clock;
   TestRunner runner(
-      {}, 2, [](std::span<TestItem>) {}, clock);
+      {.workers = 2}, [](std::span<TestItem>) {}, clock);
   clock.Advance(std::chrono::hours(5));
   Submission submission = Make(0, clock.Now() + milliseconds(1));
   runner.Submit(std::move(submission.item));
@@ -245,7 +381,7 @@ TEST(BatchRunnerTest, ServesAfterALongIdleTime) {
 }
 
 TEST(BatchRunnerTest, WorkMayCompleteItemsItself) {
-  TestRunner runner({}, 1, [](std::span<TestItem> batch) {
+  TestRunner runner({.workers = 1}, [](std::span<TestItem> batch) {
     for (TestItem& item : batch) item.done(Outcome::kExecuted);
   });
   Submission submission = Make(0);
@@ -259,10 +395,11 @@ TEST(BatchRunnerTest, SurvivesContention) {
   constexpr int kThreads = 4, kItems = 2000;
   std::atomic<int> executed = 0, completed = 0, ran = 0;
   {
-    TestRunner runner({.max_batch_items = 4, .max_queued_items = 4096}, 3, [&ran](std::span<TestItem> batch) {
-      ran += static_cast<int>(batch.size());
-      std::this_thread::yield();
-    });
+    TestRunner runner({.workers = 3, .max_batch_items = 4, .max_queued_items = 4096},
+                      [&ran](std::span<TestItem> batch) {
+                        ran += static_cast<int>(batch.size());
+                        std::this_thread::yield();
+                      });
     std::vector<std::jthread> threads;
     for (int t = 0; t < kThreads; ++t) {
       threads.emplace_back([&, t] {
@@ -271,6 +408,9 @@ TEST(BatchRunnerTest, SurvivesContention) {
           TestItem item;
           item.payload = i;
           item.bucket = static_cast<int>(random.Below(2));
+          item.client = std::to_string(random.Below(5));
+          item.priority = static_cast<Priority>(random.Below(3));
+          item.work = std::chrono::microseconds(1 + random.Below(3));
           if (random.Chance(0.5)) {
             item.deadline = RealClock().Now() + std::chrono::microseconds(random.Below(300));
           }

@@ -7,8 +7,6 @@
 #include <memory>
 #include <vector>
 
-#include "core/base/random.h"
-
 namespace stance {
 namespace {
 
@@ -36,6 +34,7 @@ class Puppet {
     auto refused = batcher_.Admit(std::move(item), now);
     if (!refused) return std::nullopt;
     const Outcome outcome = refused->outcome;
+    retry_after = refused->retry_after;
     refused->item.done(outcome);
     return outcome;
   }
@@ -44,6 +43,7 @@ class Puppet {
   std::vector<int> Step(int idle) {
     auto decision = batcher_.Step(now, idle);
     wake_at = decision.wake_at;
+    if (!decision.dispatch.empty()) batch_ = decision.batch;
     int64_t cost = 0;
     std::vector<int> numbers;
     for (TestItem& item : decision.dispatch) {
@@ -59,6 +59,9 @@ class Puppet {
     Complete(decision.refused);
     return numbers;
   }
+
+  // The last batch has run.
+  void Finish() { batcher_.Finish(batch_); }
 
   void TakeCancelled() {
     auto refused = batcher_.TakeCancelled();
@@ -77,6 +80,7 @@ class Puppet {
 
   TimePoint now = kStart;
   TimePoint wake_at = kNever;
+  Duration retry_after{};  // of the last refusal
 
  private:
   void Complete(std::vector<TestBatcher::Refused>& refused) {
@@ -85,6 +89,7 @@ class Puppet {
 
   const BatcherOptions options_;
   TestBatcher batcher_;
+  uint64_t batch_ = 0;
   std::map<int, std::vector<Outcome>> outcomes_;
 };
 
@@ -236,55 +241,106 @@ TEST(BatcherTest, TakeAllGivesEverythingBack) {
   EXPECT_EQ(puppet.wake_at, kNever);
 }
 
-// Random events against the numbered invariants of Batcher; Puppet::Step checks (3) and (4).
-class BatcherRandomTest : public ::testing::TestWithParam<int> {};
-
-TEST_P(BatcherRandomTest, KeepsItsInvariants) {
-  Random random(GetParam());
-  BatcherOptions options;
-  options.max_batch_items = static_cast<int>(1 + random.Below(5));
-  options.max_batch_cost = 1 + random.Below(40);
-  options.max_queued_items = 1 + random.Below(20);
-  options.max_queued_bytes = 1 + random.Below(200);
-  Puppet puppet(options);
-  std::vector<std::shared_ptr<std::atomic<bool>>> flags;
-  int count = 0;
-  for (int event = 0; event < 2000; ++event) {
-    switch (random.Below(5)) {
-      case 0:
-      case 1: {
-        TestItem item;
-        item.cost = 1 + random.Below(20);
-        item.bytes = random.Below(30);
-        item.bucket = static_cast<int>(random.Below(3));
-        if (random.Chance(0.7)) item.deadline = puppet.now + milliseconds(random.Below(30));
-        auto flag = std::make_shared<std::atomic<bool>>(false);
-        flags.push_back(flag);
-        item.cancelled = flag;
-        puppet.Admit(count++, std::move(item));
-        break;
-      }
-      case 2:
-        puppet.Step(static_cast<int>(random.Below(4)));
-        break;
-      case 3:
-        puppet.now += milliseconds(random.Below(8));
-        break;
-      case 4:
-        if (!flags.empty()) flags[static_cast<size_t>(random.Below(count))]->store(true);
-        if (random.Chance(0.5)) puppet.TakeCancelled();
-        break;
-    }
-    ASSERT_LE(puppet.batcher().size(), options.max_queued_items);
-    ASSERT_LE(puppet.batcher().bytes(), options.max_queued_bytes);
-    ASSERT_GE(puppet.batcher().bytes(), 0);
-  }
-  while (puppet.batcher().size() > 0) puppet.Step(1);
-  EXPECT_EQ(puppet.batcher().bytes(), 0);
-  for (int i = 0; i < count; ++i) EXPECT_EQ(puppet.OutcomesOf(i).size(), 1u) << "item " << i;
+TestItem Of(const std::string& client, Priority priority = Priority::kNormal) {
+  TestItem item;
+  item.client = client;
+  item.priority = priority;
+  return item;
+}
+TestItem Taking(Duration work, TimePoint deadline = kNever) {
+  TestItem item;
+  item.work = work;
+  item.deadline = deadline;
+  return item;
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, BatcherRandomTest, ::testing::Range(0, 20));
+TEST(BatcherTest, RefusesBeyondTheCostCapButNotALargeItemAlone) {
+  Puppet puppet({.max_queued_cost = 100});
+  EXPECT_EQ(puppet.Admit(0, WithCost(500)), std::nullopt);
+  EXPECT_EQ(puppet.Admit(1, WithCost(1)), Outcome::kQueueCost);
+  puppet.Step(1);
+  EXPECT_EQ(puppet.batcher().cost(), 0);
+  EXPECT_EQ(puppet.Admit(2, WithCost(60)), std::nullopt);
+  EXPECT_EQ(puppet.Admit(3, WithCost(41)), Outcome::kQueueCost);
+  EXPECT_EQ(puppet.Admit(4, WithCost(40)), std::nullopt);
+}
+
+TEST(BatcherTest, AClientBeyondItsQuotaLeavesRoomForOthers) {
+  Puppet puppet({.max_queued_items_per_client = 2});
+  EXPECT_EQ(puppet.Admit(0, Of("a")), std::nullopt);
+  EXPECT_EQ(puppet.Admit(1, Of("a")), std::nullopt);
+  EXPECT_EQ(puppet.Admit(2, Of("a")), Outcome::kClientQuota);
+  EXPECT_EQ(puppet.Admit(3, Of("b")), std::nullopt);
+  puppet.Step(1);
+  EXPECT_EQ(puppet.Admit(4, Of("a")), std::nullopt);
+}
+
+TEST(BatcherTest, ABatchTakesFromEachClientInTurn) {
+  Puppet puppet({.max_batch_items = 3});
+  for (int i = 0; i < 4; ++i) puppet.Admit(i, Of("flood"));
+  puppet.Admit(4, Of("b"));
+  puppet.Admit(5, Of("b", Priority::kInteractive));
+  EXPECT_THAT(puppet.Step(1), ElementsAre(0, 5, 1));
+  EXPECT_THAT(puppet.Step(1), ElementsAre(4, 2, 3));
+}
+
+TEST(BatcherTest, RefusesAtOnceWhatIsAheadOfWouldMakeLate) {
+  Puppet puppet({.max_batch_items = 1});
+  puppet.Admit(0, Taking(milliseconds(100)));
+  EXPECT_THAT(puppet.Step(1), ElementsAre(0));
+  puppet.now += milliseconds(40);
+  puppet.Admit(1, Taking(milliseconds(50)));
+  // 60 of the running one, 50 of the waiting one, 10 of its own.
+  EXPECT_EQ(puppet.Admit(2, Taking(milliseconds(10), puppet.now + milliseconds(119))),
+            Outcome::kTooMuchAhead);
+  EXPECT_EQ(puppet.retry_after, milliseconds(1));
+  EXPECT_EQ(puppet.Admit(3, Taking(milliseconds(10), puppet.now + milliseconds(120))), std::nullopt);
+}
+
+TEST(BatcherTest, AFloodAheadDoesNotMakeAnotherClientsRequestUnmeetable) {
+  Puppet puppet({});
+  for (int i = 0; i < 50; ++i) {
+    TestItem item = Taking(milliseconds(100));
+    item.client = "flood";
+    puppet.Admit(i, std::move(item));
+  }
+  TestItem item = Taking(milliseconds(10), puppet.now + milliseconds(20));
+  item.client = "other";
+  EXPECT_EQ(puppet.Admit(50, std::move(item)), std::nullopt);
+  item = Taking(milliseconds(10), puppet.now + milliseconds(20));
+  item.client = "flood";
+  EXPECT_EQ(puppet.Admit(51, std::move(item)), Outcome::kTooMuchAhead);
+}
+
+// An expectation that refuses everything would never be corrected: what would be refused while a worker is
+// free runs now and then.
+TEST(BatcherTest, NowAndThenTriesWhatItWouldRefuse) {
+  Puppet puppet({});
+  int admitted = 0;
+  for (int i = 0; i < 80; ++i) {
+    const auto outcome = puppet.Admit(i, Taking(milliseconds(100), puppet.now + milliseconds(99)));
+    if (!outcome) {
+      ++admitted;
+      EXPECT_THAT(puppet.Step(1), ElementsAre(i));
+    } else {
+      EXPECT_EQ(*outcome, Outcome::kDeadlineShort);
+    }
+  }
+  EXPECT_EQ(admitted, 1) << "the first that ran is not finished, and no worker is free";
+  puppet.Finish();
+  for (int i = 80; i < 160; ++i) {
+    if (puppet.Admit(i, Taking(milliseconds(100), puppet.now + milliseconds(99)))) continue;
+    ++admitted;
+    EXPECT_THAT(puppet.Step(1), ElementsAre(i));
+    puppet.Finish();
+  }
+  EXPECT_EQ(admitted, 1 + 10);
+}
+
+TEST(BatcherTest, AdmitsWhateverTheExpectationIfSoTold) {
+  Puppet puppet({.refuse_unmeetable = false});
+  EXPECT_EQ(puppet.Admit(0, Taking(milliseconds(100), puppet.now + milliseconds(1))), std::nullopt);
+}
 
 TEST(CompletionDeathTest, ASecondCallOrNoneAborts) {
   EXPECT_DEATH(
