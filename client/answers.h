@@ -61,6 +61,8 @@ struct ServerInfo {
   int64_t max_faces = 0;
   int64_t max_queued_requests = 0;
   int64_t max_queued_bytes = 0;
+  int64_t max_queued_vertices = 0;
+  int64_t max_queued_requests_per_client = 0;  // 0: no such bound
   int64_t max_batch_requests = 0;
   int64_t max_batch_vertices = 0;
 };

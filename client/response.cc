@@ -147,6 +147,8 @@ ServerInfo ReadServerInfo(const v1::GetServerInfoResponse& response) {
   info.max_faces = static_cast<int64_t>(limits.max_faces());
   info.max_queued_requests = static_cast<int64_t>(limits.max_queued_requests());
   info.max_queued_bytes = static_cast<int64_t>(limits.max_queued_bytes());
+  info.max_queued_vertices = static_cast<int64_t>(limits.max_queued_vertices());
+  info.max_queued_requests_per_client = static_cast<int64_t>(limits.max_queued_requests_per_client());
   info.max_batch_requests = limits.max_batch_requests();
   info.max_batch_vertices = static_cast<int64_t>(limits.max_batch_vertices());
   return info;

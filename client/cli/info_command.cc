@@ -98,6 +98,8 @@ absl::Status RunServerInfo(const ServerInfoArguments& arguments) {
              {"max_faces", info.max_faces},
              {"max_queued_requests", info.max_queued_requests},
              {"max_queued_bytes", info.max_queued_bytes},
+             {"max_queued_vertices", info.max_queued_vertices},
+             {"max_queued_requests_per_client", info.max_queued_requests_per_client},
              {"max_batch_requests", info.max_batch_requests},
              {"max_batch_vertices", info.max_batch_vertices}}}});
     return absl::OkStatus();
@@ -111,8 +113,12 @@ absl::Status RunServerInfo(const ServerInfoArguments& arguments) {
         fmt::join(info.formats, " "));
   Print("message     at most {} bytes\nmesh        at most {} vertices, {} faces\n", info.max_message_bytes,
         info.max_vertices, info.max_faces);
-  Print("queue       at most {} requests, {} bytes\nbatch       at most {} requests, {} vertices\n",
-        info.max_queued_requests, info.max_queued_bytes, info.max_batch_requests, info.max_batch_vertices);
+  Print("queue       at most {} requests, {} bytes, {} vertices\n", info.max_queued_requests,
+        info.max_queued_bytes, info.max_queued_vertices);
+  if (info.max_queued_requests_per_client > 0) {
+    Print("client      at most {} requests in the queue\n", info.max_queued_requests_per_client);
+  }
+  Print("batch       at most {} requests, {} vertices\n", info.max_batch_requests, info.max_batch_vertices);
   return absl::OkStatus();
 }
 

@@ -106,11 +106,15 @@ TEST(ResponseTest, ServerInfoHasTheModelsMethodsAndTheDefault) {
     response.add_models()->set_method(method);
   }
   response.set_default_method(v1::METHOD_STANCE);
+  response.mutable_limits()->set_max_queued_vertices(5000);
+  response.mutable_limits()->set_max_queued_requests_per_client(7);
   const ServerInfo info = ReadServerInfo(response);
   EXPECT_THAT(info.methods, ElementsAre("stance", "skeletal"));
   EXPECT_EQ(info.default_method, "stance");
   EXPECT_EQ(info.models[0].method, "stance");
   EXPECT_EQ(info.models[1].method, "skeletal");
+  EXPECT_EQ(info.max_queued_vertices, 5000);
+  EXPECT_EQ(info.max_queued_requests_per_client, 7);
 }
 
 TEST(ResponseTest, AnAnswerThatDoesNotFitIsInternalAndNamesTheField) {
