@@ -17,6 +17,9 @@ constexpr uint32_t kMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinaryChunk = 
 constexpr size_t kHeaderBytes = 12, kChunkHeaderBytes = 8;
 // Meshes, nodes and extensions nest about ten deep; the bound keeps a document of brackets from growing.
 constexpr int kDeepestJson = 64;
+// A mesh's own JSON takes some kilobytes, a scene's some megabytes; as values it takes up to twenty times its
+// bytes.
+constexpr size_t kLargestJson = size_t{16} << 20;
 constexpr int64_t kLargestStride = 252;
 
 constexpr int kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsignedShort = 5123, kUnsignedInt = 5125,
@@ -89,6 +92,10 @@ absl::StatusOr<GlbChunks> SplitGlb(std::string_view bytes) {
     at += length;
   }
   if (!has_json) return Invalid("there is no JSON chunk");
+  if (json.size() > kLargestJson) {
+    return Invalid(
+        fmt::format("a JSON chunk of {} bytes; at most {} are accepted", json.size(), kLargestJson));
+  }
   if (IsNestedTooDeep(json)) return Invalid(fmt::format("JSON nested more than {} deep", kDeepestJson));
   GlbChunks chunks;
   chunks.root = Json::parse(json.begin(), json.end(), nullptr, /*allow_exceptions=*/false);
