@@ -13,7 +13,7 @@ packages=(
   libabsl-dev libcli11-dev libeigen3-dev libfmt-dev libnanoflann-dev libopenmesh-dev libstb-dev
   nlohmann-json3-dev zlib1g-dev
   # server and client.
-  libgrpc++-dev libprotobuf-dev libspdlog-dev libtomlplusplus-dev prometheus-cpp-dev
+  libgrpc++-dev libprotobuf-dev libspdlog-dev libssl-dev libtomlplusplus-dev prometheus-cpp-dev
   protobuf-compiler protobuf-compiler-grpc
   # training, to read rigged characters; optional.
   libassimp-dev
