@@ -13,24 +13,32 @@
 namespace stance {
 namespace {
 
-void SetDeadline(const CallOptions& call, grpc::ClientContext* context) {
+void Prepare(const CallOptions& call, const std::string& token, grpc::ClientContext* context) {
   context->set_deadline(std::chrono::system_clock::now() +
                         std::chrono::duration_cast<std::chrono::system_clock::duration>(call.timeout));
+  AddToken(token, context);
+  // gRPC aborts on metadata that is not printable.
+  const bool sane = call.traceparent.find_first_not_of("0123456789abcdef-") == std::string::npos;
+  if (sane && !call.traceparent.empty()) context->AddMetadata("traceparent", call.traceparent);
 }
 
 }  // namespace
 
 struct StanceClient::Stubs {
-  explicit Stubs(std::shared_ptr<grpc::Channel> channel)
-      : transfer(v1::PoseTransferService::NewStub(channel)), info(v1::ServerInfoService::NewStub(channel)) {}
+  Stubs(std::shared_ptr<grpc::Channel> channel, std::string bearer)
+      : transfer(v1::PoseTransferService::NewStub(channel)),
+        info(v1::ServerInfoService::NewStub(channel)),
+        token(std::move(bearer)) {}
 
   const std::unique_ptr<v1::PoseTransferService::Stub> transfer;
   const std::unique_ptr<v1::ServerInfoService::Stub> info;
+  const std::string token;
 };
 
 absl::StatusOr<std::unique_ptr<StanceClient>> StanceClient::Connect(const ClientOptions& options) {
   STANCE_ASSIGN_OR_RETURN(std::shared_ptr<grpc::Channel> channel, ConnectChannel(options));
-  return std::unique_ptr<StanceClient>(new StanceClient(std::make_unique<Stubs>(std::move(channel))));
+  return std::unique_ptr<StanceClient>(
+      new StanceClient(std::make_unique<Stubs>(std::move(channel), options.token)));
 }
 
 StanceClient::StanceClient(std::unique_ptr<Stubs> stubs) : stubs_(std::move(stubs)) {}
@@ -43,7 +51,7 @@ absl::StatusOr<TransferAnswer> StanceClient::Transfer(const TriangleMesh& source
   const v1::TransferRequest request = MakeTransferRequest(source, reference, options, call);
   v1::TransferResponse response;
   grpc::ClientContext context;
-  SetDeadline(call, &context);
+  Prepare(call, stubs_->token, &context);
   const grpc::Status status = stubs_->transfer->Transfer(&context, request, &response);
   if (!status.ok()) return FromGrpcStatus(status);
   return ReadTransferResponse(response, source);
@@ -54,7 +62,7 @@ absl::StatusOr<RigAnswer> StanceClient::Rig(const TriangleMesh& mesh, const Tran
   const v1::RigRequest request = MakeRigRequest(mesh, options, call);
   v1::RigResponse response;
   grpc::ClientContext context;
-  SetDeadline(call, &context);
+  Prepare(call, stubs_->token, &context);
   const grpc::Status status = stubs_->transfer->Rig(&context, request, &response);
   if (!status.ok()) return FromGrpcStatus(status);
   return ReadRigResponse(response, mesh);
@@ -63,7 +71,7 @@ absl::StatusOr<RigAnswer> StanceClient::Rig(const TriangleMesh& mesh, const Tran
 absl::StatusOr<ServerInfo> StanceClient::GetServerInfo(const CallOptions& call) const {
   v1::GetServerInfoResponse response;
   grpc::ClientContext context;
-  SetDeadline(call, &context);
+  Prepare(call, stubs_->token, &context);
   const grpc::Status status = stubs_->info->GetServerInfo(&context, {}, &response);
   if (!status.ok()) return FromGrpcStatus(status);
   return ReadServerInfo(response);

@@ -21,6 +21,9 @@ struct CallOptions {
   std::string model;
   // Up to 64 printable ASCII characters for the server's log. Empty: the server makes one.
   std::string request_id;
+  // The caller's span as a W3C traceparent, for the server's log. Empty, or nothing like one: the server
+  // begins a trace.
+  std::string traceparent;
   // Whether the answer holds the source's weights: where nobody reads them, half of its bytes. The
   // reference's are an option of the transfer.
   bool want_weights = true;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "server/call_metadata.h"
 #include "server/client_key.h"
 #include "server/log.h"
 #include "server/request_id.h"
@@ -55,6 +56,7 @@ Call::Call(const Serving& serving, Rpc rpc, grpc::CallbackServerContext* context
       context_(context),
       arrival_(serving.clock.Now()),
       deadline_(SteadyDeadline(context->deadline(), arrival_)),
+      span_(BeginSpan(*context)),
       counted_(serving.active.Enter()) {}
 
 void Call::Begin() {
@@ -93,6 +95,7 @@ absl::Status Call::Prepare() {
     return FieldError(id.status().code(), "INVALID_REQUEST_ID", "request_id",
                       std::string(id.status().message()));
   }
+  STANCE_RETURN_IF_ERROR(CheckAccess(serving_.gate, *context_, Vertices(), arrival_, &client_));
   return Plan();
 }
 
@@ -110,7 +113,9 @@ void Call::OnDone() {
 
 std::string Call::Client() const {
   std::optional<std::string> name;
-  if (!serving_.client_metadata.empty()) {
+  if (!client_.empty()) {
+    name = client_;  // its token proves it
+  } else if (!serving_.client_metadata.empty()) {
     const auto& metadata = context_->client_metadata();
     const auto it = metadata.find(serving_.client_metadata);
     if (it != metadata.end()) name.emplace(it->second.data(), it->second.size());
@@ -175,7 +180,11 @@ void Call::Answer(absl::Status status) {
          {"code", code},
          {"vertices", Vertices()},
          {"queue_seconds", seconds_.queue},
-         {"total_seconds", seconds_.total}});
+         {"total_seconds", seconds_.total},
+         {"client", client_},
+         {"trace_id", span_.trace_id},
+         {"span_id", span_.span_id},
+         {"parent_span_id", span_.parent_id}});
   } else {
     const bool ours =
         status.code() == absl::StatusCode::kInternal || status.code() == absl::StatusCode::kUnknown;
@@ -185,11 +194,13 @@ void Call::Answer(absl::Status status) {
          {"code", code},
          {"reason", ReasonOf(status)},
          {"message", ToGrpcStatus(status).error_message()},
-         {"total_seconds", seconds_.total}});
+         {"total_seconds", seconds_.total},
+         {"client", client_},
+         {"trace_id", span_.trace_id},
+         {"span_id", span_.span_id},
+         {"parent_span_id", span_.parent_id}});
   }
-  if (const auto pushback = RetryPushback(status)) {
-    context_->AddTrailingMetadata("grpc-retry-pushback-ms", fmt::format("{}", pushback->count()));
-  }
+  AddAnswerMetadata(*context_, span_, status);
   Finish(ToGrpcStatus(status));
 }
 

@@ -10,10 +10,12 @@
 
 #include "core/base/clock.h"
 #include "core/transfer/parts.h"
+#include "server/access/token_gate.h"
 #include "server/active_calls.h"
 #include "server/batching/batch_runner.h"
 #include "server/batching/cost_estimator.h"
 #include "server/metrics.h"
+#include "server/trace_context.h"
 
 namespace stance {
 
@@ -26,6 +28,7 @@ struct Serving {
   CallRunner& runner;
   Clock& clock;
   ActiveCalls& active;
+  TokenGate& gate;
   CostEstimator& costs;
   // The metadata key that names the caller; empty: the peer's host does.
   std::string client_metadata;
@@ -87,10 +90,12 @@ class Call : public grpc::ServerUnaryReactor {
   grpc::CallbackServerContext* const context_;
   const TimePoint arrival_;
   const TimePoint deadline_;
+  const TraceContext span_;
   const bool counted_;  // in serving_.active; if not, the server is closing and the call is refused
   // Shared with the queue's item.
   const std::shared_ptr<std::atomic<bool>> cancelled_ = std::make_shared<std::atomic<bool>>(false);
   std::string request_id_;
+  std::string client_;  // empty if it is not known
   absl::Status result_;
   ServerSeconds seconds_;
 };

@@ -46,6 +46,15 @@ const std::vector<Option>& Table() {
        "Time between NOT_SERVING and refusing new requests at shutdown, seconds"},
       {"server.drain_timeout_seconds", &C::server_drain_timeout_seconds, 0, 86400,
        "Most time for accepted requests to finish at shutdown, seconds"},
+      {"tls.certificate", &C::tls_certificate, 0, 0,
+       "PEM file of the server's certificate chain; empty for no encryption"},
+      {"tls.key", &C::tls_key, 0, 0, "PEM file of the certificate's private key"},
+      {"tls.client_ca", &C::tls_client_ca, 0, 0,
+       "PEM file of the authorities of clients' certificates; empty to ask for none"},
+      {"tls.reload_seconds", &C::tls_reload_seconds, 1, 86400,
+       "How often the TLS files are looked at for changes, seconds"},
+      {"auth.token_file", &C::auth_token_file, 0, 0,
+       "TOML file of the clients and their tokens; empty to serve anyone"},
       {"model.directory", &C::model_directory, 0, 0,
        "Folders of models, or of folders of models; one model of each method"},
       {"inference.workers", &C::inference_workers, 0, 1024,
@@ -308,6 +317,12 @@ absl::Status FinishConfig(ServerConfig& config, int cpus) {
         "batching.max_queued_requests_per_client: {} is more than batching.max_queued_requests, {}: it would "
         "bound nobody",
         config.batching_max_queued_requests_per_client, config.batching_max_queued_requests));
+  }
+  if (config.tls_certificate.empty() != config.tls_key.empty()) {
+    return absl::InvalidArgumentError("tls.certificate, tls.key: want both or neither");
+  }
+  if (!config.tls_client_ca.empty() && config.tls_certificate.empty()) {
+    return absl::InvalidArgumentError("tls.client_ca: needs tls.certificate and tls.key");
   }
   // One batch gains little from more than four threads; beyond that, batches run side by side.
   constexpr int64_t kThreadsPerBatch = 4;

@@ -23,6 +23,11 @@ struct ServerConfig {
   bool server_reflection = true;                          // answer gRPC reflection
   double server_lame_duck_seconds = 1;                    // from NOT_SERVING to refusing new requests
   double server_drain_timeout_seconds = 30;               // most time for accepted requests to finish
+  std::string tls_certificate;  // PEM file of the server's chain; empty: no encryption
+  std::string tls_key;          // PEM file of its private key
+  std::string tls_client_ca;    // PEM file of the authorities of clients' certificates; empty: none asked for
+  int64_t tls_reload_seconds = 60;  // how often these files are looked at
+  std::string auth_token_file;      // TOML file of clients and their tokens; empty: anyone may call
   // Folders of models, or of folders of models; one model of each method.
   std::vector<std::string> model_directory = {"models"};
   int64_t inference_workers = 0;  // batches run at the same time; 0: by the CPU quota

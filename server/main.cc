@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
   sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   // A client or scraper that goes away must not end the process.
   std::signal(SIGPIPE, SIG_IGN);
@@ -34,7 +35,7 @@ int main(int argc, char** argv) {
   std::fflush(stdout);
 
   int signal = 0;
-  sigwait(&signals, &signal);
+  while (sigwait(&signals, &signal) == 0 && signal == SIGHUP) (*server)->Reload();
   stance::Log(stance::LogLevel::kInfo, "draining", {{"signal", int64_t{signal}}});
   const bool complete = (*server)->Drain();
   stance::Log(complete ? stance::LogLevel::kInfo : stance::LogLevel::kError, "stopped",

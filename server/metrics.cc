@@ -10,7 +10,11 @@
 #include <array>
 #include <mutex>
 #include <sstream>
+#include <utility>
 
+#include "core/base/files.h"
+#include "server/certificate.h"
+#include "server/process_metrics.h"
 #include "server/version.h"
 
 namespace stance {
@@ -48,7 +52,14 @@ struct Metrics::Impl {
     queued_vertices->Set(static_cast<double>(now.queued_vertices));
     queued_clients->Set(static_cast<double>(now.queued_clients));
     running_requests->Set(static_cast<double>(now.running_requests));
-    return registry.Collect();
+    if (!certificate_file.empty()) {
+      // 0 for one that can't be read: expired long ago, as an alert should see it.
+      const absl::StatusOr<std::string> chain = ReadFile(certificate_file);
+      certificate_expiry->Set(chain.ok() ? CertificateExpiry(*chain).value_or(0) : 0);
+    }
+    std::vector<prometheus::MetricFamily> families = registry.Collect();
+    for (prometheus::MetricFamily& family : ProcessMetrics()) families.push_back(std::move(family));
+    return families;
   }
 
   prometheus::Registry registry;
@@ -59,6 +70,11 @@ struct Metrics::Impl {
   prometheus::Histogram* batch_vertices;
   prometheus::Family<prometheus::Counter>* rejections;
   prometheus::Counter* abandoned;
+  prometheus::Family<prometheus::Counter>* token_reloads;
+  prometheus::Family<prometheus::Gauge>* token_reload_success;
+  prometheus::Family<prometheus::Gauge>* models;
+  std::string certificate_file;
+  prometheus::Gauge* certificate_expiry = nullptr;
   prometheus::Counter* late_starts;
   prometheus::Gauge* queued_requests;
   prometheus::Gauge* queued_bytes;
@@ -105,6 +121,16 @@ Metrics::Metrics() : impl_(std::make_unique<Impl>()) {
   impl_->queued_vertices = gauge("stance_queued_vertices", "Vertices of requests waiting for a worker");
   impl_->queued_clients = gauge("stance_queued_clients", "Clients with requests waiting for a worker");
   impl_->running_requests = gauge("stance_running_requests", "Requests being run");
+  impl_->token_reloads =
+      &counter("stance_token_reloads_total", "Readings of a changed token file, by result");
+  impl_->token_reload_success = &prometheus::BuildGauge()
+                                     .Name("stance_token_reload_success")
+                                     .Help("Whether the token file was accepted when it was last read")
+                                     .Register(registry);
+  impl_->models = &prometheus::BuildGauge()
+                       .Name("stance_model_info")
+                       .Help("1 for each loaded model, with its name, version and method")
+                       .Register(registry);
   prometheus::BuildGauge()
       .Name("stance_build_info")
       .Help("1, with the server's version")
@@ -138,6 +164,26 @@ void Metrics::CountRejection(const std::string& reason) {
 void Metrics::CountAbandoned() { impl_->abandoned->Increment(); }
 
 void Metrics::CountLateStart() { impl_->late_starts->Increment(); }
+
+void Metrics::CountTokenReload(bool accepted) {
+  for (const char* result : {"accepted", "refused"}) {
+    impl_->token_reloads->Add({{"result", result}}).Increment((result[0] == 'a') == accepted ? 1 : 0);
+  }
+  impl_->token_reload_success->Add({}).Set(accepted ? 1 : 0);
+}
+
+void Metrics::AddModel(const std::string& name, const std::string& version, const std::string& method) {
+  impl_->models->Add({{"name", name}, {"version", version}, {"method", method}}).Set(1);
+}
+
+void Metrics::SetCertificateFile(const std::string& path) {
+  impl_->certificate_file = path;
+  impl_->certificate_expiry = &prometheus::BuildGauge()
+                                   .Name("stance_tls_certificate_expiry_seconds")
+                                   .Help("When the server's certificate file expires, seconds since 1970")
+                                   .Register(impl_->registry)
+                                   .Add({});
+}
 
 void Metrics::SetQueueSource(std::function<QueueGauges()> read) {
   std::lock_guard<std::mutex> guard(impl_->mutex);

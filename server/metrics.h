@@ -44,6 +44,15 @@ class Metrics {
   // A request that started to run after its deadline: stays 0.
   void CountLateStart();
 
+  // A reading of the token file, at the start too; false if it was refused.
+  void CountTokenReload(bool accepted);
+
+  // A loaded model. To be called before the first page.
+  void AddModel(const std::string& name, const std::string& version, const std::string& method);
+  // The file of the server's certificate, read at each scrape for its expiry. To be called before the first
+  // page.
+  void SetCertificateFile(const std::string& path);
+
   // Where the queue's gauges come from; nullptr: they are 0. `read` is called from the scraping thread.
   void SetQueueSource(std::function<QueueGauges()> read);
 

@@ -15,6 +15,8 @@
 #include "server/log.h"
 #include "server/pose_transfer_calls.h"
 #include "server/services.h"
+#include "server/tls.h"
+#include "server/token_file.h"
 #include "server/version.h"
 
 namespace stance {
@@ -34,6 +36,11 @@ std::string WithPort(const std::string& address, int port) {
 
 absl::Status Prefixed(const char* option, const absl::Status& status) {
   return absl::Status(status.code(), option + std::string(status.message()));
+}
+
+const char* TlsMode(const ServerConfig& config) {
+  if (config.tls_certificate.empty()) return "off";
+  return config.tls_client_ca.empty() ? "on" : "mutual";
 }
 
 BatcherOptions BatchingOf(const ServerConfig& config) {
@@ -92,9 +99,15 @@ class AssembledServer : public Server {
             BatchingOf(config),
             [this](std::span<CallRunner::Item> batch) { RunCalls(*pipeline_, metrics_, RealClock(), batch); },
             RealClock(), [this] { WarmUp(); }),
-        serving_{metrics_, runner_, RealClock(), active_, costs_, config.batching_client_metadata},
+        serving_{metrics_, runner_, RealClock(), active_, gate_, costs_, config.batching_client_metadata},
         pose_transfer_(serving_, catalog_),
-        server_info_(InfoOf(config, catalog_), metrics_) {
+        server_info_(InfoOf(config, catalog_), serving_) {
+    for (const ModelInfo& model : catalog_.models) {
+      metrics_.AddModel(model.name, model.version, std::string(MethodName(model.method)));
+    }
+    if (!config_.tls_certificate.empty()) {
+      metrics_.SetCertificateFile(config_.tls_certificate);
+    }
     metrics_.SetQueueSource([this] {
       const CallRunner::Stats stats = runner_.stats();
       return QueueGauges{.queued_requests = stats.queued_items,
@@ -112,6 +125,9 @@ class AssembledServer : public Server {
 
   absl::Status Listen() {
     if (!warm_up_.ok()) return Prefixed("model.directory: ", warm_up_);
+    STANCE_ASSIGN_OR_RETURN(const std::shared_ptr<grpc::ServerCredentials> credentials,
+                            MakeServerCredentials(config_));
+    STANCE_RETURN_IF_ERROR(OpenTokens());
     if (!config_.metrics_listen.empty()) {
       const absl::StatusOr<int> port = metrics_.Serve(config_.metrics_listen);
       if (!port.ok()) return Prefixed("metrics.listen: ", port.status());
@@ -121,7 +137,7 @@ class AssembledServer : public Server {
     if (config_.server_reflection) grpc::reflection::InitProtoReflectionServerBuilderPlugin();
     grpc::ServerBuilder builder;
     int port = 0;
-    builder.AddListeningPort(config_.server_listen, grpc::InsecureServerCredentials(), &port);
+    builder.AddListeningPort(config_.server_listen, credentials, &port);
     builder.RegisterService(&pose_transfer_);
     builder.RegisterService(&server_info_);
     Configure(builder);
@@ -133,6 +149,10 @@ class AssembledServer : public Server {
     address_ = WithPort(config_.server_listen, port);
     SetServing(true);
     return absl::OkStatus();
+  }
+
+  void Reload() override {
+    if (tokens_ != nullptr) tokens_->Reload();
   }
 
   std::string address() const override { return address_; }
@@ -153,6 +173,18 @@ class AssembledServer : public Server {
   }
 
  private:
+  absl::Status OpenTokens() {
+    if (config_.auth_token_file.empty()) return absl::OkStatus();
+    absl::StatusOr<std::unique_ptr<TokenFile>> tokens =
+        TokenFile::Open(config_.auth_token_file, gate_, metrics_);
+    if (!tokens.ok()) return Prefixed("auth.token_file: ", tokens.status());
+    tokens_ = *std::move(tokens);
+    if (config_.tls_certificate.empty()) {
+      Log(LogLevel::kWarn, "tokens without TLS", {{"address", config_.server_listen}});
+    }
+    return absl::OkStatus();
+  }
+
   // On each worker, before it takes requests.
   void WarmUp() {
     const absl::Status status = pipeline_->WarmUp();
@@ -196,6 +228,8 @@ class AssembledServer : public Server {
   Metrics metrics_;
   ActiveCalls active_;
   CostEstimator costs_;
+  TokenGate gate_;
+  std::unique_ptr<TokenFile> tokens_;
   CallRunner runner_;
   const Serving serving_;
   PoseTransferServiceImpl pose_transfer_;
@@ -220,6 +254,7 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerConfig& config
   Log(LogLevel::kInfo, "serving",
       {{"address", server->address()},
        {"metrics", server->metrics_address()},
+       {"tls", std::string(TlsMode(config))},
        {"version", std::string(kVersion)},
        {"models", fmt::format("{}", fmt::join(models, ", "))},
        {"workers", config.inference_workers},

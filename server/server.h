@@ -24,6 +24,9 @@ class Server {
   // The same for the metrics page; empty if there is none.
   virtual std::string metrics_address() const = 0;
 
+  // Reads the tokens again, as they are whenever their file changes.
+  virtual void Reload() = 0;
+
   // Reports NOT_SERVING, serves on for the lame-duck time, refuses new requests, finishes every accepted one,
   // and closes. Returns after lame_duck_seconds + drain_timeout_seconds + the longest batch at the latest;
   // true if no accepted request was given up. To be called at most once.

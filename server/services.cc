@@ -1,7 +1,9 @@
 #include "server/services.h"
 
 #include "core/base/stopwatch.h"
+#include "server/call_metadata.h"
 #include "server/pose_transfer_calls.h"
+#include "server/status_map.h"
 
 namespace stance {
 
@@ -27,10 +29,17 @@ grpc::ServerUnaryReactor* ServerInfoServiceImpl::GetServerInfo(grpc::CallbackSer
                                                                const v1::GetServerInfoRequest*,
                                                                v1::GetServerInfoResponse* response) {
   Stopwatch watch;
-  *response = info_;
-  metrics_.ObserveRequest(Rpc::kGetServerInfo, absl::StatusCode::kOk, watch.Lap());
+  std::string client;
+  const absl::Status status = CheckAccess(serving_.gate, *context, 0, serving_.clock.Now(), &client);
+  if (status.ok()) {
+    *response = info_;
+  } else {
+    serving_.metrics.CountRejection(ReasonOf(status));
+  }
+  AddAnswerMetadata(*context, BeginSpan(*context), status);
+  serving_.metrics.ObserveRequest(Rpc::kGetServerInfo, status.code(), watch.Lap());
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  reactor->Finish(grpc::Status::OK);
+  reactor->Finish(ToGrpcStatus(status));
   return reactor;
 }
 

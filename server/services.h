@@ -27,8 +27,8 @@ class PoseTransferServiceImpl final : public v1::PoseTransferService::CallbackSe
 // Answers with the same message every time. Thread-safe.
 class ServerInfoServiceImpl final : public v1::ServerInfoService::CallbackService {
  public:
-  ServerInfoServiceImpl(v1::GetServerInfoResponse info, Metrics& metrics)
-      : info_(std::move(info)), metrics_(metrics) {}
+  ServerInfoServiceImpl(v1::GetServerInfoResponse info, const Serving& serving)
+      : info_(std::move(info)), serving_(serving) {}
 
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* context,
                                           const v1::GetServerInfoRequest* request,
@@ -36,7 +36,7 @@ class ServerInfoServiceImpl final : public v1::ServerInfoService::CallbackServic
 
  private:
   const v1::GetServerInfoResponse info_;
-  Metrics& metrics_;
+  const Serving serving_;
 };
 
 }  // namespace stance

@@ -56,6 +56,10 @@ void AddBackend(CLI::App* app, BackendArguments* backend) {
           ->type_name("HOST:PORT");
   CLI::Option* local = app->add_flag("--local", backend->local, "Work in this process, without a server");
   local->excludes(server);
+  AddCredentials(app, &backend->credentials);
+  for (const char* name : {"--tls", "--tls-ca", "--tls-cert", "--tls-key", "--tls-name", "--token-file"}) {
+    local->excludes(app->get_option(name));
+  }
   app->add_option(
          "--model", backend->models,
          "With --local a folder of a model or of models, may be repeated; otherwise the model's name")
@@ -286,6 +290,7 @@ absl::StatusOr<Command> ParseArguments(int argc, const char* const* argv) {
   ServerInfoArguments server_info;
   CLI::App* server_app = app.add_subcommand("server-info", "Print a server's models and limits");
   server_app->add_option("--server", server_info.backend.server, "The server")->type_name("HOST:PORT");
+  AddCredentials(server_app, &server_info.backend.credentials);
   server_app->add_option("--timeout", server_info.backend.timeout, "Longest wait, seconds")
       ->type_name("S")
       ->capture_default_str();

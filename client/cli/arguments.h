@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "client/cli/credentials.h"
 #include "core/base/status.h"
 #include "core/skeleton/bone_names.h"
 #include "core/transfer/pipeline.h"
@@ -14,8 +15,9 @@ namespace stance {
 
 // Where the work is done.
 struct BackendArguments {
-  std::string server;  // HOST:PORT; empty if local
-  bool local = false;  // core in this process
+  std::string server;               // HOST:PORT; empty if local
+  bool local = false;               // core in this process
+  CredentialArguments credentials;  // server only
   // Local: folders of models, or of folders of models; server: at most one, its name. None: the default.
   std::vector<std::string> models;
   double timeout = 120.0;  // seconds, server only

@@ -21,6 +21,8 @@ class RemoteBackend : public Backend {
       : client_(std::move(client)) {
     call_.timeout = std::chrono::duration<double>(arguments.timeout);
     if (!arguments.models.empty()) call_.model = arguments.models.front();
+    // As OpenTelemetry's command line tools hand their span on.
+    if (const char* traceparent = std::getenv("TRACEPARENT")) call_.traceparent = traceparent;
   }
 
   absl::StatusOr<TransferAnswer> Transfer(const TriangleMesh& source, const TriangleMesh& reference,
@@ -80,6 +82,14 @@ std::filesystem::path DefaultModels() {
 
 }  // namespace
 
+absl::StatusOr<ClientOptions> ClientOptionsOf(const BackendArguments& arguments) {
+  ClientOptions options;
+  options.server = arguments.server;
+  options.connect_timeout = std::chrono::duration<double>(std::min(5.0, arguments.timeout));
+  STANCE_RETURN_IF_ERROR(ReadCredentials(arguments.credentials, &options));
+  return options;
+}
+
 absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const BackendArguments& arguments) {
   if (arguments.local) {
     std::vector<std::filesystem::path> folders(arguments.models.begin(), arguments.models.end());
@@ -90,9 +100,7 @@ absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const BackendArguments& arg
     if (!pipeline.ok()) return FileError(pipeline.status());
     return std::make_unique<LocalBackend>(*std::move(pipeline));
   }
-  ClientOptions options;
-  options.server = arguments.server;
-  options.connect_timeout = std::chrono::duration<double>(std::min(5.0, arguments.timeout));
+  STANCE_ASSIGN_OR_RETURN(const ClientOptions options, ClientOptionsOf(arguments));
   STANCE_ASSIGN_OR_RETURN(std::unique_ptr<StanceClient> client, StanceClient::Connect(options));
   return std::make_unique<RemoteBackend>(std::move(client), arguments);
 }

@@ -22,6 +22,9 @@ class Backend {
   virtual absl::StatusOr<RigAnswer> Rig(const TriangleMesh& mesh, const TransferOptions& options) = 0;
 };
 
+// How to reach the server that the arguments name. Errors as ReadCredentials.
+absl::StatusOr<ClientOptions> ClientOptionsOf(const BackendArguments& arguments);
+
 // Connects, or loads the model.
 absl::StatusOr<std::unique_ptr<Backend>> MakeBackend(const BackendArguments& arguments);
 

@@ -67,9 +67,7 @@ absl::Status RunInfo(const InfoArguments& arguments) {
 }
 
 absl::Status RunServerInfo(const ServerInfoArguments& arguments) {
-  ClientOptions options;
-  options.server = arguments.backend.server;
-  options.connect_timeout = std::chrono::duration<double>(std::min(5.0, arguments.backend.timeout));
+  STANCE_ASSIGN_OR_RETURN(const ClientOptions options, ClientOptionsOf(arguments.backend));
   STANCE_ASSIGN_OR_RETURN(const std::unique_ptr<StanceClient> client, StanceClient::Connect(options));
   CallOptions call;
   call.timeout = std::chrono::duration<double>(arguments.backend.timeout);

@@ -23,9 +23,10 @@ std::string CodeName(const grpc::Status& status) {
   return absl::StatusCodeToString(static_cast<absl::StatusCode>(status.error_code()));
 }
 
-void SetDeadline(std::chrono::duration<double> timeout, grpc::ClientContext* context) {
+void Prepare(std::chrono::duration<double> timeout, const std::string& token, grpc::ClientContext* context) {
   context->set_deadline(std::chrono::system_clock::now() +
                         std::chrono::duration_cast<std::chrono::system_clock::duration>(timeout));
+  AddToken(token, context);
 }
 
 // One request in flight: the tag of its completion.
@@ -43,8 +44,9 @@ struct Call {
 // program may end.
 class Runner {
  public:
-  Runner(v1::PoseTransferService::Stub* stub, const v1::TransferRequest* request, const LoadOptions& options)
-      : stub_(stub), request_(request), timeout_(options.timeout), plan_(options.plan) {}
+  Runner(v1::PoseTransferService::Stub* stub, const std::string& token, const v1::TransferRequest* request,
+         const LoadOptions& options)
+      : stub_(stub), token_(token), request_(request), timeout_(options.timeout), plan_(options.plan) {}
 
   LoadReport Run() {
     std::thread receiver([this] { Receive(); });
@@ -93,7 +95,7 @@ class Runner {
     auto* call = new Call;  // Receive deletes it
     call->planned = planned;
     call->sent = Now();
-    SetDeadline(timeout_, &call->context);
+    Prepare(timeout_, token_, &call->context);
     call->reader = stub_->PrepareAsyncTransfer(&call->context, *request_, &queue_);
     call->reader->StartCall();
     call->reader->Finish(&call->response, &call->status, call);
@@ -112,6 +114,7 @@ class Runner {
   }
 
   v1::PoseTransferService::Stub* const stub_;
+  const std::string token_;
   const v1::TransferRequest* const request_;
   const std::chrono::duration<double> timeout_;
   const Clock::time_point start_ = Clock::now();
@@ -132,12 +135,12 @@ absl::StatusOr<LoadReport> RunLoad(const ClientOptions& client, const v1::Transf
   const std::unique_ptr<v1::PoseTransferService::Stub> stub = v1::PoseTransferService::NewStub(channel);
   for (int i = 0; i < options.warmup; ++i) {
     grpc::ClientContext context;
-    SetDeadline(options.timeout, &context);
+    Prepare(options.timeout, client.token, &context);
     v1::TransferResponse response;
     const grpc::Status status = stub->Transfer(&context, request, &response);
     if (!status.ok()) return FromGrpcStatus(status);
   }
-  LoadReport report = Runner(stub.get(), &request, options).Run();
+  LoadReport report = Runner(stub.get(), client.token, &request, options).Run();
   report.mode = options.plan.rate > 0 ? "open" : "closed";
   report.rate = options.plan.rate;
   report.clients = options.plan.max_in_flight;

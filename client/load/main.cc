@@ -9,6 +9,7 @@
 #include <string>
 
 #include "client/cli/arguments.h"
+#include "client/cli/credentials.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/input.h"
 #include "client/load/load_runner.h"
@@ -21,6 +22,7 @@ struct Arguments {
   std::string source, reference, model, method;
   TransferOptions options;
   ClientOptions client;
+  CredentialArguments credentials;
   LoadOptions load;
   int64_t clients = 1;
   int64_t open_in_flight = 10000;
@@ -89,6 +91,7 @@ absl::Status Run(int argc, char** argv) {
   app.add_option("REFERENCE", arguments.reference, "Reference mesh of every request")->required();
   app.add_option("--server", arguments.client.server, "The server; default $STANCE_SERVER or localhost:50051")
       ->type_name("HOST:PORT");
+  AddCredentials(&app, &arguments.credentials);
   CLI::Option* rate = app.add_option("--rate", plan.rate, "Open loop: Poisson arrivals per second");
   app.add_option("--clients", arguments.clients, "Closed loop: clients that wait for each answer; default 1")
       ->excludes(rate);
@@ -115,6 +118,7 @@ absl::Status Run(int argc, char** argv) {
     return Usage(error.what());
   }
   STANCE_RETURN_IF_ERROR(Check(app, &arguments));
+  STANCE_RETURN_IF_ERROR(ReadCredentials(arguments.credentials, &arguments.client));
   return Measure(arguments);
 }
 

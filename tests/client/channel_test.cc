@@ -44,5 +44,39 @@ TEST(ServiceConfigTest, IsJsonWithRetriesOnUnavailableOnly) {
   EXPECT_FALSE(nlohmann::json::parse(ServiceConfigJson(once))["methodConfig"][0].contains("retryPolicy"));
 }
 
+TEST(CheckCredentialsTest, ATokenLeavesTheMachineWithTlsOnly) {
+  ClientOptions options;
+  options.token = "secret-token";
+  for (const char* server :
+       {"localhost:50051", "127.0.0.1:50051", "[::1]:50051", "localhost", "unix:/run/stance.sock",
+        "dns:///localhost:1", "ipv4:127.0.0.1:1", "ipv6:[::1]:1"}) {
+    options.server = server;
+    EXPECT_TRUE(CheckCredentials(options).ok()) << server;
+  }
+  for (const char* server : {"pose.example.com:50051", "10.0.0.1:50051", "localhost.example.com:1",
+                             "127.0.0.1.example.com:1", ":1", "dns:///pose:1", "dns://127.0.0.1/pose:1",
+                             "ipv4:127.0.0.1:1,10.0.0.1:1", "xds:///localhost:1", ""}) {
+    options.server = server;
+    options.tls.reset();
+    const absl::Status refused = CheckCredentials(options);
+    EXPECT_EQ(refused.code(), absl::StatusCode::kInvalidArgument) << server;
+    EXPECT_EQ(std::string(refused.message()).find(options.token), std::string::npos);
+    EXPECT_EQ(ConnectChannel(options).status().code(), absl::StatusCode::kInvalidArgument) << server;
+    options.tls.emplace();
+    EXPECT_TRUE(CheckCredentials(options).ok()) << server;
+  }
+  options.token.clear();
+  options.tls.reset();
+  EXPECT_TRUE(CheckCredentials(options).ok());
+}
+
+TEST(CheckCredentialsTest, ATokenIsPrintable) {
+  ClientOptions options;
+  for (const char* token : {"line\nbreak", "\xc3\xa4", "tab\t"}) {
+    options.token = token;
+    EXPECT_EQ(CheckCredentials(options).code(), absl::StatusCode::kInvalidArgument);
+  }
+}
+
 }  // namespace
 }  // namespace stance

@@ -17,13 +17,14 @@ class MeasuredServer : public ServerProcess {
   // The value of one line of /metrics, e.g. `stance_running_requests`; -1 if there is none.
   double Metric(const std::string& name) const;
 
+  // The whole page, headers included.
+  std::string Page() const;
+
   // Waits until that line has at least that value; fails the test after a minute.
   void AwaitMetric(const std::string& name, double at_least) const;
 
  private:
   using ServerProcess::ServerProcess;
-
-  std::string Page() const;
 };
 
 }  // namespace stance::testing

@@ -158,6 +158,17 @@ TEST(ConfigTest, RefusesWhatCannotServe) {
               StartsWith("batching.max_queued_requests_per_client: 11 is more than"));
 }
 
+TEST(ConfigTest, TlsNeedsACertificateWithItsKey) {
+  ServerConfig config;
+  config.tls_certificate = "a.pem";
+  EXPECT_THAT(ErrorOf(FinishConfig(config, 2)), StartsWith("tls.certificate, tls.key: "));
+  config.tls_key = "a.key";
+  config.tls_client_ca = "ca.pem";
+  EXPECT_TRUE(FinishConfig(config, 2).ok());
+  config.tls_certificate = config.tls_key = "";
+  EXPECT_THAT(ErrorOf(FinishConfig(config, 2)), StartsWith("tls.client_ca: "));
+}
+
 // Every option's default is one that SetOption accepts, so that the help text can be copied.
 TEST(ConfigTest, DefaultsAreValidValues) {
   for (const OptionHelp& option : ConfigOptions()) {

@@ -7,6 +7,7 @@ namespace stance {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 TEST(MetricsTest, CountsByLabel) {
   Metrics metrics;
@@ -31,6 +32,23 @@ TEST(MetricsTest, CountsByLabel) {
   EXPECT_THAT(page, HasSubstr("stance_rejections_total{reason=\"QUEUE_FULL\"} 2"));
   EXPECT_THAT(page, HasSubstr("stance_late_starts_total 1"));
   EXPECT_THAT(page, HasSubstr("stance_abandoned_requests_total 1"));
+}
+
+TEST(MetricsTest, TellsModelsProcessAndReloads) {
+  Metrics metrics;
+  EXPECT_THAT(metrics.Page(), Not(HasSubstr("stance_token_reload_success")));
+  EXPECT_THAT(metrics.Page(), Not(HasSubstr("stance_tls_certificate_expiry_seconds")));
+  metrics.AddModel("pose", "1.2", "stance");
+  metrics.CountTokenReload(true);
+  metrics.CountTokenReload(false);
+  metrics.SetCertificateFile("/nonexistent");
+  const std::string page = metrics.Page();
+  EXPECT_THAT(page, HasSubstr("stance_model_info{method=\"stance\",name=\"pose\",version=\"1.2\"} 1"));
+  EXPECT_THAT(page, HasSubstr("stance_token_reloads_total{result=\"accepted\"} 1"));
+  EXPECT_THAT(page, HasSubstr("stance_token_reloads_total{result=\"refused\"} 1"));
+  EXPECT_THAT(page, HasSubstr("stance_token_reload_success 0"));
+  EXPECT_THAT(page, HasSubstr("stance_tls_certificate_expiry_seconds 0"));
+  EXPECT_THAT(page, HasSubstr("process_resident_memory_bytes "));
 }
 
 TEST(MetricsTest, ReadsTheQueueAtEachScrape) {
