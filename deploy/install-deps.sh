@@ -17,8 +17,8 @@ packages=(
   protobuf-compiler protobuf-compiler-grpc
   # training, to read rigged characters; optional.
   libassimp-dev
-  # tests.
-  libbenchmark-dev libgmock-dev libgtest-dev
+  # tests. They run openssl for certificates and a real prometheus; as a package it also starts a daemon.
+  libbenchmark-dev libgmock-dev libgtest-dev openssl prometheus
 )
 
 missing=()
