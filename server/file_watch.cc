@@ -15,11 +15,11 @@ namespace stance {
 
 absl::StatusOr<std::unique_ptr<FileWatch>> FileWatch::Start(const std::string& path,
                                                             std::function<void()> changed) {
-  std::string folder = std::filesystem::path(path).parent_path();
-  if (folder.empty()) folder = ".";
+  const std::filesystem::path parent = std::filesystem::path(path).parent_path();
+  const char* folder = parent.empty() ? "." : parent.c_str();
   const int notifier = inotify_init1(IN_CLOEXEC | IN_NONBLOCK);
   // Not IN_CREATE: a file that was just made is not written yet.
-  if (notifier < 0 || inotify_add_watch(notifier, folder.c_str(), IN_CLOSE_WRITE | IN_MOVED_TO) < 0) {
+  if (notifier < 0 || inotify_add_watch(notifier, folder, IN_CLOSE_WRITE | IN_MOVED_TO) < 0) {
     const int cause = errno;
     if (notifier >= 0) close(notifier);
     return absl::UnavailableError(fmt::format("{}: can't be watched: {}", folder, std::strerror(cause)));
