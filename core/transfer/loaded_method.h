@@ -25,8 +25,8 @@ class LoadedMethod {
   const ModelInfo& info() const { return info_; }
 
   virtual const Rigger& rigger() const = 0;
-  // A method has either a solver, whose transforms the weights blend, or a deformer of its own; null stands for
-  // the one that it lacks.
+  // A method has either a solver, whose transforms the weights blend, or a deformer of its own; null stands
+  // for the one that it lacks.
   virtual std::unique_ptr<PoseSolver> MakeSolver(const TransferOptions& options) const = 0;
   virtual const PairDeformer* deformer() const { return nullptr; }
   virtual std::unique_ptr<WeightSmoother> MakeWeightSmoother(const TransferOptions& options) const = 0;

@@ -23,8 +23,8 @@ absl::StatusOr<Method> MethodFromName(const std::string& name) {
   for (const Method method : {Method::kSkeletal, Method::kStance, Method::kNeural}) {
     if (name == MethodName(method)) return method;
   }
-  return absl::InvalidArgumentError(
-      fmt::format("method '{}' is unknown; known: {}, {}, {}", name, kSkeletalMethod, kStanceMethod, kNeuralMethod));
+  return absl::InvalidArgumentError(fmt::format("method '{}' is unknown; known: {}, {}, {}", name,
+                                                kSkeletalMethod, kStanceMethod, kNeuralMethod));
 }
 
 absl::Status CheckOptions(const TransferOptions& options) {
