@@ -175,7 +175,8 @@ absl::Status CheckTransfer(const CLI::App& app, const std::string& method, Trans
   if (!(arguments->min_confidence >= 0 && arguments->min_confidence <= 1)) {
     return Usage(fmt::format("--min-confidence: {:g} is not in [0, 1]", arguments->min_confidence));
   }
-  if (arguments->min_confidence > 0 && arguments->options.method.value_or(Method::kStance) != Method::kStance) {
+  if (arguments->min_confidence > 0 &&
+      arguments->options.method.value_or(Method::kStance) != Method::kStance) {
     return Usage(fmt::format("--min-confidence: the method {} does not know its confidence", method));
   }
   STANCE_RETURN_IF_ERROR(CheckExtension("--skeleton", arguments->skeleton, {".json"}));

@@ -122,7 +122,6 @@ absl::Status LoadModule(torch::nn::Module& module, const std::string& prefix, co
   return absl::OkStatus();
 }
 
-
 bool HasModule(const TensorMap& tensors, const std::string& prefix) {
   const auto first = tensors.lower_bound(prefix);
   return first != tensors.end() && first->first.starts_with(prefix);

@@ -65,7 +65,8 @@ Admission TokenGate::Admit(const std::optional<std::string>& authorization, int6
   if (account == nullptr) return {.verdict = Verdict::kUnknownToken, .client = "", .retry_after = {}};
   const auto size = static_cast<double>(vertices);
   const Duration for_requests = WaitFor(account->requests, 1, now);
-  const Duration for_vertices = WaitFor(account->vertices, size, now);
+  // What has none waits for none, whoever has had more than a second's worth before.
+  const Duration for_vertices = vertices > 0 ? WaitFor(account->vertices, size, now) : Duration::zero();
   Admission admission;
   admission.client = account->client.name;
   admission.retry_after = std::max(for_requests, for_vertices);

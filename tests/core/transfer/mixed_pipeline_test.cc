@@ -83,7 +83,8 @@ TEST_F(MixedPipelineTest, ABatchOfAllEqualsItsJobsAlone) {
   for (size_t i = 0; i < 6; ++i) {
     ASSERT_TRUE(together[i].ok()) << together[i].status();
     const TransferResult alone = Transfer(*jobs[i].source, *jobs[i].reference, jobs[i].options);
-    // Ties for the last place among four weights are rounding's to decide: a few vertices of kNeural may differ.
+    // Ties for the last place among four weights are rounding's to decide: a few vertices of kNeural may
+    // differ.
     const float most = jobs[i].options.method == Method::kNeural ? 0.1f : 2e-3f;
     EXPECT_LT(Furthest(together[i]->target, alone.target), most) << i;
     EXPECT_EQ(together[i]->model, alone.model);

@@ -74,6 +74,14 @@ TEST(TokenGateTest, OverQuotaSaysWhichAndUntilWhen) {
   EXPECT_EQ(gate.Admit("Bearer alpha", 500, kStart + milliseconds(14'500)).verdict, Verdict::kAdmitted);
 }
 
+TEST(TokenGateTest, WhatHasNoVerticesPassesWhateverIsOwed) {
+  TokenGate gate;
+  gate.Replace({Client("studio", {"alpha"}, std::nullopt, 10)});
+  EXPECT_EQ(gate.Admit("Bearer alpha", 5000, kStart).verdict, Verdict::kAdmitted);
+  EXPECT_EQ(gate.Admit("Bearer alpha", 1, kStart).verdict, Verdict::kVertices);
+  EXPECT_EQ(gate.Admit("Bearer alpha", 0, kStart).verdict, Verdict::kAdmitted);
+}
+
 TEST(TokenGateTest, ARefusalCostsNothing) {
   TokenGate patient, hammered;
   for (TokenGate* gate : {&patient, &hammered}) gate->Replace({Client("studio", {"alpha"}, 3, 1000)});
