@@ -41,9 +41,10 @@ PosedBatch StackPosed(const std::vector<PoseSample>& samples, const std::vector<
     joints.push_back(Tensor(RowMatrix(samples[i].joints * unit)));
     rotations.push_back(Tensor(samples[i].rotations));
     turns.push_back(Tensor(samples[i].first->rotations));
+    const std::vector<AffineTransform> again = PoseAgain(*samples[i].first);
     Points center(kHumanJoints, 3);
     for (int j = 0; j < kHumanJoints; ++j) {
-      center.row(j) = PoseAgain(*samples[i].first, j).Apply(normalization.center.transpose()).transpose();
+      center.row(j) = again[j].Apply(normalization.center.transpose()).transpose();
     }
     shifts.push_back(Tensor(RowMatrix(center * unit)));
   }
@@ -103,10 +104,10 @@ PoseSample Unposed(const PoseSample& sample) {
   const PoseEstimate& first = *sample.first;
   PoseSample unposed = sample;
   unposed.input = UnposedInput(sample.input, first);
+  const std::vector<AffineTransform> again = PoseAgain(first);
   for (int j = 0; j < kHumanJoints; ++j) {
-    const AffineTransform again = PoseAgain(first, j);
-    unposed.joints.row(j) = (sample.joints.row(j) - again.translation.transpose()) * again.linear;
-    unposed.rotations[j] = again.linear.transpose() * sample.rotations[j];
+    unposed.joints.row(j) = (sample.joints.row(j) - again[j].translation.transpose()) * again[j].linear;
+    unposed.rotations[j] = again[j].linear.transpose() * sample.rotations[j];
   }
   unposed.first.reset();
   return unposed;

@@ -5,6 +5,7 @@
 #include "core/base/stopwatch.h"
 #include "core/base/threads.h"
 #include "core/mesh/resample.h"
+#include "core/transfer/sampled_rig.h"
 
 namespace stance {
 
@@ -27,12 +28,7 @@ absl::StatusOr<std::vector<Rig>> NeuralRigger::RigMeshes(std::span<const Triangl
     Rig& rig = rigs[i];
     rig.joints = std::move(found[i].joints);
     rig.features = std::move(found[i].features);
-    rig.weights.resize(meshes[i]->vertex_count(), kHumanJoints);
-    for (int64_t v = 0; v < rig.weights.rows(); ++v) {
-      rig.weights.row(v) = found[i].weights.row(samples[i].cell[v]);
-    }
-    rig.sampled = std::make_shared<const SampledWeights>(
-        SampledWeights{std::move(samples[i]), std::move(found[i].weights)});
+    BindBySamples(std::move(samples[i]), std::move(found[i].weights), rig);
   }
   seconds.network += watch.Lap();
   return rigs;

@@ -36,17 +36,21 @@ PyramidInput UnposedInput(const PyramidInput& input, const PoseEstimate& estimat
   return unposed;
 }
 
-AffineTransform PoseAgain(const PoseEstimate& first, int joint) {
-  const Rotation& rotation = first.rotations[joint];
+std::vector<AffineTransform> PoseAgain(const PoseEstimate& first) {
   const Points rest = RestJoints(first.bones);
-  return {rotation, first.joints.row(joint).transpose() - rotation * rest.row(joint).transpose()};
+  std::vector<AffineTransform> transforms;
+  for (int j = 0; j < kHumanJoints; ++j) {
+    const Rotation& rotation = first.rotations[j];
+    transforms.push_back({rotation, first.joints.row(j).transpose() - rotation * rest.row(j).transpose()});
+  }
+  return transforms;
 }
 
 PoseEstimate EstimateBehindUnposing(PoseEstimate seen, const PoseEstimate& first) {
+  const std::vector<AffineTransform> again = PoseAgain(first);
   for (int j = 0; j < kHumanJoints; ++j) {
-    const AffineTransform again = PoseAgain(first, j);
-    seen.joints.row(j) = again.Apply(seen.joints.row(j).transpose()).transpose();
-    seen.rotations[j] = NearestRotation(again.linear * seen.rotations[j]);
+    seen.joints.row(j) = again[j].Apply(seen.joints.row(j).transpose()).transpose();
+    seen.rotations[j] = NearestRotation(again[j].linear * seen.rotations[j]);
   }
   return seen;
 }

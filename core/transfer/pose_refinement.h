@@ -2,6 +2,8 @@
 // to find is small.
 #pragma once
 
+#include <vector>
+
 #include "core/network/pose_model.h"
 #include "core/network/pyramid_input.h"
 
@@ -15,8 +17,8 @@ Points RestJoints(const Points& bones);
 // they lie along the surface. REQUIRES: the estimate is of this input.
 PyramidInput UnposedInput(const PyramidInput& input, const PoseEstimate& estimate);
 
-// The transform of joint j from the unposed input's frame back to the input's own.
-AffineTransform PoseAgain(const PoseEstimate& first, int joint);
+// The joints' transforms (24) from the unposed input's frame back to the input's own.
+std::vector<AffineTransform> PoseAgain(const PoseEstimate& first);
 
 // What was seen in the unposed input, as an estimate of the input itself.
 PoseEstimate EstimateBehindUnposing(PoseEstimate seen, const PoseEstimate& first);

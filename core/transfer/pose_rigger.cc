@@ -6,6 +6,7 @@
 #include "core/base/threads.h"
 #include "core/mesh/resample.h"
 #include "core/transfer/confidence.h"
+#include "core/transfer/sampled_rig.h"
 
 namespace stance {
 
@@ -34,12 +35,7 @@ absl::StatusOr<std::vector<Rig>> PoseRigger::RigMeshes(std::span<const TriangleM
     rig.confidence = estimates[i].confidence.unaryExpr([this](float p) {
       return static_cast<float>(CalibratedConfidence(p, model_.manifest().confidence));
     });
-    rig.weights.resize(meshes[i]->vertex_count(), kHumanJoints);
-    for (int64_t v = 0; v < rig.weights.rows(); ++v) {
-      rig.weights.row(v) = estimates[i].weights.row(samples[i].cell[v]);
-    }
-    rig.sampled = std::make_shared<const SampledWeights>(
-        SampledWeights{std::move(samples[i]), std::move(estimates[i].weights)});
+    BindBySamples(std::move(samples[i]), std::move(estimates[i].weights), rig);
   }
   seconds.network += watch.Lap();
   return rigs;

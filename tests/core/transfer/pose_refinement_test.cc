@@ -37,11 +37,9 @@ Posed PoseBy(const PoseEstimate& estimate) {
   posed.rest.points = Points::Random(estimate.weights.rows(), 3);
   posed.rest.normals = Points::Random(estimate.weights.rows(), 3);
   posed.rest.normals.rowwise().normalize();
-  std::vector<AffineTransform> transforms, turns;
-  for (int j = 0; j < kHumanJoints; ++j) {
-    transforms.push_back(PoseAgain(estimate, j));
-    turns.push_back({estimate.rotations[j], Eigen::Vector3f::Zero()});
-  }
+  const std::vector<AffineTransform> transforms = PoseAgain(estimate);
+  std::vector<AffineTransform> turns = transforms;
+  for (AffineTransform& turn : turns) turn.translation.setZero();
   posed.input.points = LinearBlendSkinning().Deform(posed.rest.points, estimate.weights, transforms);
   posed.input.normals = LinearBlendSkinning().Deform(posed.rest.normals, estimate.weights, turns);
   return posed;
