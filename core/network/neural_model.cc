@@ -13,12 +13,6 @@
 namespace stance {
 namespace {
 
-// Rows first .. first + count - 1 of a (., C) tensor on the CPU.
-RowMatrix Rows(const torch::Tensor& tensor, int64_t first, int64_t count) {
-  const auto rows = tensor.slice(0, first, first + count).contiguous();
-  return Eigen::Map<const RowMatrix>(rows.data_ptr<float>(), count, tensor.size(1));
-}
-
 template <typename Matrix>
 torch::Tensor Tensor(const Matrix& matrix, torch::Device device) {
   torch::Tensor tensor = torch::empty({matrix.rows(), matrix.cols()});
@@ -87,12 +81,7 @@ absl::StatusOr<std::vector<NeuralRig>> NeuralModel::Infer(std::span<const Networ
     torch::InferenceMode inference;
     // OpenMP keeps a team per calling thread: the setting is this thread's own.
     at::set_num_threads(threads);
-    std::vector<const NetworkInput*> pointers;
-    for (const NetworkInput& input : inputs) pointers.push_back(&input);
-    PointBatch batch = StackInputs(pointers);
-    batch.points = batch.points.to(networks_->device);
-    batch.one_ring = batch.one_ring.to(networks_->device);
-    AddSpatialNeighbors(batch);
+    const PointBatch batch = StackInputs(inputs, networks_->device);
     const RiggingPrediction out = networks_->rigging->forward(batch);
     const auto features = networks_->transfer->Pool(batch, out.weights).flatten(0, 1).cpu();
     const auto weights = out.weights.cpu(), joints = out.joints.flatten(0, 1).cpu();
@@ -100,9 +89,9 @@ absl::StatusOr<std::vector<NeuralRig>> NeuralModel::Infer(std::span<const Networ
       const int64_t first = batch.offsets[mesh], count = batch.offsets[mesh + 1] - first;
       const auto first_joint = static_cast<int64_t>(mesh) * kHumanJoints;
       NeuralRig& rig = rigs[mesh];
-      rig.weights = Rows(weights, first, count);
-      rig.joints = NormalizationOf(inputs[mesh].points).Invert(Rows(joints, first_joint, kHumanJoints));
-      rig.features = Rows(features, first_joint, kHumanJoints);
+      rig.weights = RowsOf(weights, first, count);
+      rig.joints = NormalizationOf(inputs[mesh].points).Invert(RowsOf(joints, first_joint, kHumanJoints));
+      rig.features = RowsOf(features, first_joint, kHumanJoints);
     }
   } catch (const std::exception& error) {
     return absl::InternalError(fmt::format("network: {}", error.what()));
@@ -127,7 +116,7 @@ absl::StatusOr<Points> NeuralModel::Deform(const NeuralCharacter& source, const 
     const auto decoded =
         networks_->transfer->Decode(latents, Tensor(weights, device),
                                     Tensor(source.normalization.Apply(points), device), {0, points.rows()});
-    return source.normalization.Invert(Rows(decoded.cpu(), 0, points.rows()));
+    return source.normalization.Invert(RowsOf(decoded.cpu(), 0, points.rows()));
   } catch (const std::exception& error) {
     return absl::InternalError(fmt::format("network: {}", error.what()));
   }

@@ -1,5 +1,6 @@
 #include <cstring>
 #include <span>
+#include <vector>
 
 #include "core/base/check.h"
 #include "core/network/tensors.h"
@@ -32,6 +33,21 @@ PointBatch StackInputs(std::span<const NetworkInput* const> inputs) {
     }
   }
   return batch;
+}
+
+PointBatch StackInputs(std::span<const NetworkInput> inputs, torch::Device device) {
+  std::vector<const NetworkInput*> pointers;
+  for (const NetworkInput& input : inputs) pointers.push_back(&input);
+  PointBatch batch = StackInputs(pointers);
+  batch.points = batch.points.to(device);
+  batch.one_ring = batch.one_ring.to(device);
+  AddSpatialNeighbors(batch);
+  return batch;
+}
+
+RowMatrix RowsOf(const torch::Tensor& tensor, int64_t first, int64_t count) {
+  const auto rows = tensor.slice(0, first, first + count).contiguous();
+  return Eigen::Map<const RowMatrix>(rows.data_ptr<float>(), count, tensor.size(1));
 }
 
 }  // namespace stance

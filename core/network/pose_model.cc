@@ -9,16 +9,6 @@
 #include "core/network/skeletal_networks.h"
 
 namespace stance {
-namespace {
-
-// Rows first .. first + count - 1 of a (., C) tensor.
-RowMatrix Rows(const torch::Tensor& tensor, int64_t first, int64_t count) {
-  const auto rows = tensor.slice(0, first, first + count).contiguous();
-  return Eigen::Map<const RowMatrix>(rows.data_ptr<float>(), count, rows.numel() / count);
-}
-
-}  // namespace
-
 struct PoseModel::Networks {
   PoseNetwork pose, refinement{nullptr};
   torch::Device device = torch::cuda::is_available() ? torch::kCUDA : torch::kCPU;
@@ -96,17 +86,17 @@ absl::StatusOr<std::vector<PoseEstimate>> PoseModel::Infer(std::span<const Pyram
       const int64_t first = batch.offsets[0][mesh], count = batch.offsets[0][mesh + 1] - first;
       const auto first_joint = static_cast<int64_t>(mesh) * kHumanJoints;
       PoseEstimate& estimate = estimates[mesh];
-      estimate.weights = Rows(weights, first, count);
-      estimate.canonical = Rows(canonical, first, count);
+      estimate.weights = RowsOf(weights, first, count);
+      estimate.canonical = RowsOf(canonical, first, count);
       const Normalization normalization = NormalizationOf(inputs[mesh].points);
-      estimate.joints = normalization.Invert(Rows(joints, first_joint, kHumanJoints));
-      estimate.bones = Rows(bones, first_joint, kHumanJoints) * normalization.scale;
-      const RowMatrix nine = Rows(rotations, first_joint, kHumanJoints);
+      estimate.joints = normalization.Invert(RowsOf(joints, first_joint, kHumanJoints));
+      estimate.bones = RowsOf(bones, first_joint, kHumanJoints) * normalization.scale;
+      const RowMatrix nine = RowsOf(rotations, first_joint, kHumanJoints);
       for (int j = 0; j < kHumanJoints; ++j) {
         estimate.rotations.emplace_back(
             Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(nine.row(j).data()));
       }
-      estimate.confidence = Rows(confidence, static_cast<int64_t>(mesh), 1).row(0).transpose();
+      estimate.confidence = RowsOf(confidence, static_cast<int64_t>(mesh), 1).row(0).transpose();
     }
   } catch (const std::exception& error) {
     return absl::InternalError(fmt::format("network: {}", error.what()));

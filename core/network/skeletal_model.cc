@@ -69,12 +69,7 @@ absl::StatusOr<std::vector<SkeletalPrediction>> SkeletalModel::Infer(std::span<c
     torch::InferenceMode inference;
     // OpenMP keeps a team per calling thread: the setting is this thread's own.
     at::set_num_threads(threads);
-    std::vector<const NetworkInput*> pointers;
-    for (const NetworkInput& input : inputs) pointers.push_back(&input);
-    PointBatch batch = StackInputs(pointers);
-    batch.points = batch.points.to(networks_->device);
-    batch.one_ring = batch.one_ring.to(networks_->device);
-    AddSpatialNeighbors(batch);
+    const PointBatch batch = StackInputs(inputs, networks_->device);
     const auto logits = networks_->weights->forward(batch);
     const auto joints = networks_->joints->forward(batch, RigidWeights(logits)).cpu();
     const auto confidence = torch::softmax(logits, 1).cpu();

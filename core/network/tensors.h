@@ -30,6 +30,9 @@ PointBatch StackInputs(std::span<const NetworkInput* const> inputs);
 // Fills `knn` of a batch that has its points.
 void AddSpatialNeighbors(PointBatch& batch);
 
+// The inputs as a network on `device` sees them: stacked, with `knn`.
+PointBatch StackInputs(std::span<const NetworkInput> inputs, torch::Device device);
+
 // B meshes as METHOD_STANCE's network sees them, each level stacked as above.
 struct PyramidBatch {
   torch::Tensor points;   // (N, 3) float32, normalised
@@ -47,6 +50,9 @@ struct PyramidBatch {
 
 // Normalises each input (NormalizationOf) and stacks them.
 PyramidBatch StackPyramids(std::span<const PyramidInput* const> inputs);
+
+// Rows first .. first + count - 1 of a (., C) float32 tensor on the CPU.
+RowMatrix RowsOf(const torch::Tensor& tensor, int64_t first, int64_t count);
 
 // How many rows each mesh has: (B).
 std::vector<int64_t> RowsPerMesh(const std::vector<int64_t>& offsets);
