@@ -10,7 +10,8 @@ namespace stance {
 
 // Indices of up to `count` rows of `points`, each the farthest from those before it; the first is the
 // farthest from the centroid, so the choice does not depend on the rows' order. Stops early when every row
-// coincides with a chosen one. O(rows * count).
+// coincides with a chosen one. Of rows that are equally far, the first is chosen. O(rows * count) at
+// worst; blocks of rows that no choice can matter to are passed over.
 std::vector<int32_t> FarthestPoints(const Points& points, int64_t count);
 
 // For each row of `queries`, the index of the nearest row of `points`. REQUIRES: points has rows.

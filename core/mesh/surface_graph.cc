@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <queue>
-#include <tuple>
+#include <utility>
 
 namespace stance {
 
@@ -74,27 +74,49 @@ SeedCells NearestSeeds(const SurfaceGraph& graph, const std::vector<int32_t>& se
 }
 
 SurfaceGraph SeedGraph(const SurfaceGraph& graph, const SeedCells& cells, int64_t seed_count) {
-  std::vector<std::tuple<int32_t, int32_t, float>> edges;
-  for (int32_t v = 0; v < graph.vertex_count(); ++v) {
-    for (int32_t e = graph.start[v]; e < graph.start[v + 1]; ++e) {
-      const int32_t u = graph.column[e], a = cells.seed[v], b = cells.seed[u];
-      if (a < 0 || b < 0 || a == b) continue;
-      // Each edge of `graph` stands in both of its rows, so that both directions come out.
-      edges.emplace_back(a, b, cells.distance[v] + graph.length[e] + cells.distance[u]);
+  // Calls f(a, b, length) for each edge of `graph` between two cells, in both directions as it stands in both
+  // of its rows.
+  const auto for_each_border = [&](const auto& f) {
+    for (int32_t v = 0; v < graph.vertex_count(); ++v) {
+      const int32_t a = cells.seed[v];
+      if (a < 0) continue;
+      for (int32_t e = graph.start[v]; e < graph.start[v + 1]; ++e) {
+        const int32_t u = graph.column[e], b = cells.seed[u];
+        if (b >= 0 && a != b) f(a, b, cells.distance[v] + graph.length[e] + cells.distance[u]);
+      }
     }
-  }
-  std::sort(edges.begin(), edges.end());
+  };
+  // A counting sort by the first cell, then of the few neighbours of each the shortest way.
+  std::vector<int32_t> start(seed_count + 1, 0);
+  for_each_border([&](int32_t a, int32_t, float) { ++start[a + 1]; });
+  for (int64_t s = 0; s < seed_count; ++s) start[s + 1] += start[s];
+  using Border = std::pair<int32_t, float>;
+  std::vector<Border> borders(start.back());
+  std::vector<int32_t> next(start.begin(), start.end() - 1);
+  for_each_border([&](int32_t a, int32_t b, float length) { borders[next[a]++] = {b, length}; });
+
   SurfaceGraph seeds;
   seeds.start.assign(seed_count + 1, 0);
-  for (size_t i = 0; i < edges.size(); ++i) {
-    const auto& [a, b, length] = edges[i];
-    // Of several paths between the same two, the shortest comes first.
-    if (i > 0 && a == std::get<0>(edges[i - 1]) && b == std::get<1>(edges[i - 1])) continue;
-    ++seeds.start[a + 1];
-    seeds.column.push_back(b);
-    seeds.length.push_back(length);
+  std::vector<Border> row;
+  for (int64_t s = 0; s < seed_count; ++s) {
+    row.clear();
+    for (int32_t i = start[s]; i < start[s + 1]; ++i) {
+      const Border& border = borders[i];
+      const auto known = std::find_if(row.begin(), row.end(),
+                                      [&](const Border& other) { return other.first == border.first; });
+      if (known == row.end()) {
+        row.push_back(border);
+      } else {
+        known->second = std::min(known->second, border.second);
+      }
+    }
+    std::sort(row.begin(), row.end());
+    for (const auto& [neighbor, length] : row) {
+      seeds.column.push_back(neighbor);
+      seeds.length.push_back(length);
+    }
+    seeds.start[s + 1] = static_cast<int32_t>(seeds.column.size());
   }
-  for (int64_t s = 0; s < seed_count; ++s) seeds.start[s + 1] += seeds.start[s];
   return seeds;
 }
 

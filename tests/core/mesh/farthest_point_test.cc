@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "core/base/random.h"
 #include "tests/support/meshes.h"
 
 namespace stance {
@@ -44,6 +45,27 @@ TEST(FarthestPoints, DoNotDependOnTheOrderOfTheRows) {
   std::set<int32_t> mapped;
   for (const int32_t row : a) mapped.insert(order[row]);
   EXPECT_EQ(mapped, std::set<int32_t>(b.begin(), b.end()));
+}
+
+TEST(FarthestPoints, AreTheDefinitions) {
+  TriangleMesh mesh = Icosphere(4);
+  mesh.positions = mesh.positions * Eigen::Vector3f(0.4f, 1.7f, 0.2f).asDiagonal();
+  Random random(3, 0);
+  for (int64_t v = 0; v < mesh.vertex_count(); ++v) {  // no ties
+    for (int axis = 0; axis < 3; ++axis)
+      mesh.positions(v, axis) += 0.02f * static_cast<float>(random.Normal());
+  }
+  const Points& points = mesh.positions;
+  for (const int64_t rows : {int64_t{1}, int64_t{63}, int64_t{64}, int64_t{65}, points.rows()}) {
+    const Points own = points.topRows(rows);
+    const auto chosen = FarthestPoints(own, 150);
+    ASSERT_EQ(std::ssize(chosen), std::min<int64_t>(rows, 150));
+    Eigen::VectorXf distance = (own.rowwise() - own.row(chosen[0])).rowwise().norm();
+    for (size_t i = 1; i < chosen.size(); ++i) {
+      EXPECT_NEAR(distance[chosen[i]], distance.maxCoeff(), 1e-6f) << i << " of " << rows;
+      distance = distance.cwiseMin((own.rowwise() - own.row(chosen[i])).rowwise().norm());
+    }
+  }
 }
 
 TEST(FarthestPoints, StopWhereEveryRowCoincidesWithAChoice) {
