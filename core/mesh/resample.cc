@@ -208,23 +208,55 @@ RowMatrix ValuesAt(const RowMatrix& rows, const std::vector<SurfacePlace>& place
 }
 
 SurfaceSamples ResampleSurface(const TriangleMesh& mesh, const ResampleOptions& options) {
+  return std::move(ResampleSurfaceRepeatedly(mesh, /*count=*/1, options)[0]);
+}
+
+std::vector<SurfaceSamples> ResampleSurfaceRepeatedly(const TriangleMesh& mesh, int count,
+                                                      const ResampleOptions& options) {
   const Refined refined = Refine(mesh, options.samples);
-  const std::vector<int32_t> candidates = Candidates(refined, options.samples);
-  std::vector<int32_t> seeds = FarthestPoints(RowsOf(refined.positions, candidates), options.samples);
-  for (int32_t& seed : seeds) seed = candidates[seed];
-
-  SurfaceSamples samples;
-  samples.points = RowsOf(refined.positions, seeds);
-  samples.place.reserve(seeds.size());
-  for (const int32_t seed : seeds) samples.place.push_back(refined.PlaceOf(seed));
-  samples.normals = RowsOf(VertexNormals(refined.positions, refined.faces), seeds);
+  const Points normals = VertexNormals(refined.positions, refined.faces);
   const SurfaceGraph surface = BuildSurfaceGraph(refined.positions, refined.faces);
-  const SeedCells cells = NearestSeeds(surface, seeds);
-  samples.graph = SeedGraph(surface, cells, std::ssize(seeds));
-  samples.one_ring = RingOf(samples.graph, samples.points, options.max_ring);
+  std::vector<int32_t> candidates = Candidates(refined, options.samples);
+  std::vector<SurfaceSamples> samplings;
+  for (int i = 0; i < count; ++i) {
+    std::vector<int32_t> seeds = FarthestPoints(RowsOf(refined.positions, candidates), options.samples);
+    if (i > 0 && std::ssize(seeds) < options.samples) break;
+    for (int32_t& seed : seeds) seed = candidates[seed];
 
-  TakeCells(refined.positions, cells, mesh.vertex_count(), samples);
-  return samples;
+    SurfaceSamples samples;
+    samples.points = RowsOf(refined.positions, seeds);
+    samples.place.reserve(seeds.size());
+    for (const int32_t seed : seeds) samples.place.push_back(refined.PlaceOf(seed));
+    samples.normals = RowsOf(normals, seeds);
+    const SeedCells cells = NearestSeeds(surface, seeds);
+    samples.graph = SeedGraph(surface, cells, std::ssize(seeds));
+    samples.one_ring = RingOf(samples.graph, samples.points, options.max_ring);
+    TakeCells(refined.positions, cells, mesh.vertex_count(), samples);
+    samplings.push_back(std::move(samples));
+
+    std::vector<char> taken(refined.positions.rows(), 0);
+    for (const int32_t seed : seeds) taken[seed] = 1;
+    std::erase_if(candidates, [&](int32_t row) { return taken[row] != 0; });
+  }
+  return samplings;
+}
+
+SurfaceSamples JoinedSamples(std::vector<SurfaceSamples> samplings) {
+  SurfaceSamples joined;
+  joined.cell = std::move(samplings[0].cell);
+  joined.unreached = std::move(samplings[0].unreached);
+  int64_t rows = 0;
+  for (const SurfaceSamples& samples : samplings) rows += samples.points.rows();
+  joined.points.resize(rows, 3);
+  joined.normals.resize(rows, 3);
+  rows = 0;
+  for (const SurfaceSamples& samples : samplings) {
+    joined.points.middleRows(rows, samples.points.rows()) = samples.points;
+    joined.normals.middleRows(rows, samples.points.rows()) = samples.normals;
+    joined.place.insert(joined.place.end(), samples.place.begin(), samples.place.end());
+    rows += samples.points.rows();
+  }
+  return joined;
 }
 
 SurfaceSamples VertexSamples(const TriangleMesh& mesh, int max_ring) {

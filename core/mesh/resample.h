@@ -48,6 +48,16 @@ struct ResampleOptions {
 // where the refined surface has fewer distinct points. REQUIRES: the mesh has passed CheckMesh.
 SurfaceSamples ResampleSurface(const TriangleMesh& mesh, const ResampleOptions& options = {});
 
+// Up to `count` samplings of one surface, the first of them ResampleSurface's. No two share a place, so that
+// what is estimated from each errs on its own; each is as even as those before it leave it. Fewer where the
+// refined surface has too few points for another. REQUIRES: count >= 1; the mesh has passed CheckMesh.
+std::vector<SurfaceSamples> ResampleSurfaceRepeatedly(const TriangleMesh& mesh, int count,
+                                                      const ResampleOptions& options = {});
+
+// All samples of several samplings of one mesh, in order. A vertex's cell is still that of the first
+// sampling; there is no graph and no one-ring. REQUIRES: at least one.
+SurfaceSamples JoinedSamples(std::vector<SurfaceSamples> samplings);
+
 // The vertices that have a face, in their order, as samples with the mesh's own one-ring: what paper A's
 // networks see at full resolution. REQUIRES: the mesh has passed CheckMesh.
 SurfaceSamples VertexSamples(const TriangleMesh& mesh, int max_ring = 16);

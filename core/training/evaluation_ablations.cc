@@ -14,6 +14,8 @@
 namespace stance {
 namespace {
 
+constexpr PoseEstimationOptions kFourViews = {.samplings = 1, .views = 4, .refinement_views = 2};
+
 struct Rigs {
   Rig source, reference;
 };
@@ -64,8 +66,10 @@ std::vector<Candidate> AblateStance(const PoseModel& model, const TransferPair& 
     candidates.push_back({.method = std::move(name), .positions = std::move(positions)});
   };
   add("METHOD_STANCE", Deform(pair, joints, weights, turns));
-  add("one view", TransferBy(pair, PoseRigger(model, 1, {.views = 1})));
-  add("eight views", TransferBy(pair, PoseRigger(model, 1, {.views = 8})));
+  add("one sampling in one view", TransferBy(pair, PoseRigger(model, 1, {.samplings = 1})));
+  add("one sampling in four views", TransferBy(pair, PoseRigger(model, 1, kFourViews)));
+  add("two samplings", TransferBy(pair, PoseRigger(model, 1, {.samplings = 2})));
+  add("six samplings", TransferBy(pair, PoseRigger(model, 1, {.samplings = 6})));
   add("upright looks only", TransferBy(pair, PoseRigger(model, 1, {.least_confidence = 0})));
   add("no second look", TransferBy(pair, PoseRigger(model, 1, {.refinement_views = 0})));
   add("joints as found", TransferBy(pair, PoseRigger(model, 1, {.joint_stiffness = 0})));

@@ -15,7 +15,7 @@ namespace stance {
 namespace {
 
 // The generator's characters stand.
-constexpr PoseEstimationOptions kFirstLook = {.refinement_views = 0, .least_confidence = 0};
+constexpr PoseEstimationOptions kFirstLook = {.views = 4, .refinement_views = 0, .least_confidence = 0};
 
 torch::Tensor Tensor(const RowMatrix& matrix) {
   return torch::from_blob(const_cast<float*>(matrix.data()), {matrix.rows(), matrix.cols()}).clone();
@@ -153,7 +153,8 @@ PoseSample PoseStream::MakeSample(int64_t index) const {
                        BoneVectors(HumanSkeleton(), character.rest_joints),
                        character.rotations};
   if (first_) {
-    const auto found = EstimatePoses(*first_, {&sample.input, 1}, /*threads=*/1, kFirstLook);
+    const Samplings seen = {sample.input};
+    const auto found = EstimatePoses(*first_, {&seen, 1}, /*threads=*/1, kFirstLook);
     STANCE_CHECK(found.ok());
     sample.first = (*found)[0];
   }

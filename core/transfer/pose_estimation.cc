@@ -11,43 +11,89 @@
 namespace stance {
 namespace {
 
+// The views in which a mesh's samplings are seen, `count` of each: those of sampling s are s, s + S, s + 2 S
+// ...
+std::vector<PoseView> ViewsOf(PosePass pass, size_t samplings, int count) {
+  const int all = static_cast<int>(samplings) * count;
+  if (pass == PosePass::kFirst || all == 1) return EvenViews(all);
+  const std::vector<PoseView> mirror = EvenViews(2);  // meshes bent back to rest face the same way
+  std::vector<PoseView> views;
+  for (int v = 0; v < all; ++v) views.push_back(mirror[v % 2]);
+  return views;
+}
+
+// What is seen of a mesh in its samplings, each of which has its own estimate, as one.
+PoseEstimate JoinedEstimate(std::span<const PoseEstimate> samplings) {
+  int64_t rows = 0;
+  for (const PoseEstimate& sampling : samplings) rows += sampling.weights.rows();
+  RowMatrix weights(rows, kHumanJoints);
+  Points canonical(rows, 3);
+  std::vector<PoseEstimate> bodies;  // without samples
+  rows = 0;
+  for (const PoseEstimate& sampling : samplings) {
+    weights.middleRows(rows, sampling.weights.rows()) = sampling.weights;
+    canonical.middleRows(rows, sampling.weights.rows()) = sampling.canonical;
+    rows += sampling.weights.rows();
+    bodies.push_back({{}, {}, sampling.joints, sampling.bones, sampling.rotations, sampling.confidence});
+  }
+  PoseEstimate joined = MeanEstimate(bodies);
+  joined.weights = std::move(weights);
+  joined.canonical = std::move(canonical);
+  return joined;
+}
+
 absl::StatusOr<std::vector<PoseEstimate>> MeanOverViews(const PoseModel& model, PosePass pass,
-                                                        std::span<const PyramidInput> inputs, int count,
+                                                        std::span<const Samplings> meshes, int count,
                                                         int threads) {
-  const std::vector<PoseView> views = EvenViews(count);
-  std::vector<PyramidInput> viewed;  // a mesh's views side by side
-  for (const PyramidInput& input : inputs) {
-    for (const PoseView& view : views) viewed.push_back(ViewedInput(input, view));
+  std::vector<PyramidInput> viewed;  // a sampling's views side by side, and a mesh's samplings
+  std::vector<PoseView> view_of;
+  for (const Samplings& samplings : meshes) {
+    const std::vector<PoseView> views = ViewsOf(pass, samplings.size(), count);
+    for (size_t s = 0; s < samplings.size(); ++s) {
+      for (size_t v = s; v < views.size(); v += samplings.size()) {
+        viewed.push_back(ViewedInput(samplings[s], views[v]));
+        view_of.push_back(views[v]);
+      }
+    }
   }
   STANCE_ASSIGN_OR_RETURN(std::vector<PoseEstimate> seen, model.Infer(viewed, threads, pass));
+  for (size_t i = 0; i < seen.size(); ++i) seen[i] = EstimateBehindView(std::move(seen[i]), view_of[i]);
   std::vector<PoseEstimate> means;
-  for (size_t i = 0; i < inputs.size(); ++i) {
-    const std::span<PoseEstimate> own = std::span(seen).subspan(i * views.size(), views.size());
-    for (size_t v = 0; v < views.size(); ++v) own[v] = EstimateBehindView(std::move(own[v]), views[v]);
-    means.push_back(MeanEstimate(own));
+  size_t next = 0;
+  for (const Samplings& samplings : meshes) {
+    std::vector<PoseEstimate> each;
+    for (size_t s = 0; s < samplings.size(); ++s, next += count) {
+      each.push_back(MeanEstimate(std::span(seen).subspan(next, count)));
+    }
+    means.push_back(JoinedEstimate(each));
   }
   return means;
 }
 
+Samplings Viewed(const Samplings& samplings, const PoseView& view) {
+  Samplings viewed;
+  for (const PyramidInput& sampling : samplings) viewed.push_back(ViewedInput(sampling, view));
+  return viewed;
+}
+
 // The first look: at meshes as they stand, and where it is not sure, at the side on which one view of the
 // network is surest.
-absl::StatusOr<std::vector<PoseEstimate>> FirstLook(const PoseModel& model,
-                                                    std::span<const PyramidInput> inputs, int threads,
-                                                    const PoseEstimationOptions& options) {
+absl::StatusOr<std::vector<PoseEstimate>> FirstLook(const PoseModel& model, std::span<const Samplings> meshes,
+                                                    int threads, const PoseEstimationOptions& options) {
   STANCE_ASSIGN_OR_RETURN(std::vector<PoseEstimate> estimates,
-                          MeanOverViews(model, PosePass::kFirst, inputs, options.views, threads));
+                          MeanOverViews(model, PosePass::kFirst, meshes, options.views, threads));
   std::vector<size_t> unsure;
-  for (size_t i = 0; i < inputs.size(); ++i) {
+  for (size_t i = 0; i < meshes.size(); ++i) {
     if (estimates[i].confidence.mean() < options.least_confidence) unsure.push_back(i);
   }
   const std::vector<PoseView> sides = OtherSides();
-  std::vector<PyramidInput> glances;  // a mesh's sides side by side
+  std::vector<PyramidInput> glances;  // at one sampling; a mesh's sides side by side
   for (const size_t i : unsure) {
-    for (const PoseView& side : sides) glances.push_back(ViewedInput(inputs[i], side));
+    for (const PoseView& side : sides) glances.push_back(ViewedInput(meshes[i][0], side));
   }
   STANCE_ASSIGN_OR_RETURN(const std::vector<PoseEstimate> glanced,
                           model.Infer(glances, threads, PosePass::kFirst));
-  std::vector<PyramidInput> surest;
+  std::vector<Samplings> surest;
   std::vector<std::pair<size_t, PoseView>> origin;  // of each: the mesh and its side
   for (size_t u = 0; u < unsure.size(); ++u) {
     float most = estimates[unsure[u]].confidence.mean();
@@ -60,7 +106,7 @@ absl::StatusOr<std::vector<PoseEstimate>> FirstLook(const PoseModel& model,
       }
     }
     if (!best) continue;
-    surest.push_back(std::move(glances[u * sides.size() + *best]));
+    surest.push_back(Viewed(meshes[unsure[u]], sides[*best]));
     origin.emplace_back(unsure[u], sides[*best]);
   }
   STANCE_ASSIGN_OR_RETURN(std::vector<PoseEstimate> looks,
@@ -78,21 +124,34 @@ void FitJointsOf(PoseEstimate& estimate, float stiffness) {
       HumanSkeleton(), {estimate.joints, estimate.bones, estimate.rotations, estimate.confidence}, stiffness);
 }
 
+// Bends each sampling back by its own rows of the estimate's weights.
+Samplings Unposed(const Samplings& samplings, const PoseEstimate& estimate) {
+  Samplings unposed;
+  PoseEstimate own = estimate;
+  int64_t row = 0;
+  for (const PyramidInput& sampling : samplings) {
+    own.weights = estimate.weights.middleRows(row, sampling.points.rows());
+    row += sampling.points.rows();
+    unposed.push_back(UnposedInput(sampling, own));
+  }
+  return unposed;
+}
+
 }  // namespace
 
 absl::StatusOr<std::vector<PoseEstimate>> EstimatePoses(const PoseModel& model,
-                                                        std::span<const PyramidInput> inputs, int threads,
+                                                        std::span<const Samplings> meshes, int threads,
                                                         const PoseEstimationOptions& options) {
-  STANCE_ASSIGN_OR_RETURN(std::vector<PoseEstimate> estimates, FirstLook(model, inputs, threads, options));
+  STANCE_ASSIGN_OR_RETURN(std::vector<PoseEstimate> estimates, FirstLook(model, meshes, threads, options));
   for (PoseEstimate& estimate : estimates) FitJointsOf(estimate, options.joint_stiffness);
   if (!model.refines() || options.refinement_views == 0) return estimates;
 
-  std::vector<PyramidInput> unposed;
-  for (size_t i = 0; i < inputs.size(); ++i) unposed.push_back(UnposedInput(inputs[i], estimates[i]));
+  std::vector<Samplings> unposed;
+  for (size_t i = 0; i < meshes.size(); ++i) unposed.push_back(Unposed(meshes[i], estimates[i]));
   STANCE_ASSIGN_OR_RETURN(
       std::vector<PoseEstimate> refined,
       MeanOverViews(model, PosePass::kRefinement, unposed, options.refinement_views, threads));
-  for (size_t i = 0; i < inputs.size(); ++i) {
+  for (size_t i = 0; i < meshes.size(); ++i) {
     estimates[i] = EstimateBehindUnposing(std::move(refined[i]), estimates[i]);
     FitJointsOf(estimates[i], options.joint_stiffness);
   }

@@ -14,12 +14,15 @@ absl::StatusOr<std::vector<Rig>> PoseRigger::RigMeshes(std::span<const TriangleM
                                                        PhaseSeconds& seconds) const {
   Stopwatch watch;
   const auto count = std::ssize(meshes);
-  std::vector<SurfaceSamples> samples(meshes.size());
-  std::vector<PyramidInput> inputs(meshes.size());
+  std::vector<std::vector<SurfaceSamples>> samples(meshes.size());
+  std::vector<Samplings> inputs(meshes.size());
   ParallelFor(count, threads_, 1, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      samples[i] = ResampleSurface(*meshes[i], {model_.manifest().samples, model_.manifest().max_ring});
-      inputs[i] = MakePyramidInput(samples[i], /*threads=*/1);
+      samples[i] = ResampleSurfaceRepeatedly(*meshes[i], options_.samplings,
+                                             {model_.manifest().samples, model_.manifest().max_ring});
+      for (const SurfaceSamples& sampling : samples[i]) {
+        inputs[i].push_back(MakePyramidInput(sampling, /*threads=*/1));
+      }
     }
   });
   seconds.resample += watch.Lap();
@@ -35,7 +38,7 @@ absl::StatusOr<std::vector<Rig>> PoseRigger::RigMeshes(std::span<const TriangleM
     rig.confidence = estimates[i].confidence.unaryExpr([this](float p) {
       return static_cast<float>(CalibratedConfidence(p, model_.manifest().confidence));
     });
-    BindBySamples(std::move(samples[i]), std::move(estimates[i].weights), rig);
+    BindBySamples(JoinedSamples(std::move(samples[i])), std::move(estimates[i].weights), rig);
   }
   seconds.network += watch.Lap();
   return rigs;

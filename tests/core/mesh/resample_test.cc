@@ -4,8 +4,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "tests/support/meshes.h"
 
@@ -181,6 +183,49 @@ TEST(ResampleSurface, PlacesSayWhereTheSamplesLie) {
       for (int i = 0; i < 3; ++i) EXPECT_GE(place.weight[i], 0);
     }
   }
+}
+
+TEST(ResampleSurfaceRepeatedly, SamplingsShareNoPlaceAndAreEven) {
+  const TriangleMesh mesh = testing::Icosphere(5);
+  const auto samplings = ResampleSurfaceRepeatedly(mesh, 4, {400, 12});
+  ASSERT_EQ(samplings.size(), 4u);
+  EXPECT_EQ(samplings[0].points, ResampleSurface(mesh, {400, 12}).points);
+  std::set<std::array<float, 3>> places;
+  for (const SurfaceSamples& samples : samplings) {
+    ASSERT_EQ(samples.points.rows(), 400);
+    for (int64_t s = 0; s < 400; ++s) {
+      const auto p = samples.points.row(s);
+      EXPECT_TRUE(places.insert({p[0], p[1], p[2]}).second);
+      EXPECT_GE(samples.cell[samples.place[s].corner[0]], 0);
+      float nearest = 10;
+      for (int64_t other = 0; other < 400; ++other) {
+        if (other != s) nearest = std::min(nearest, (samples.points.row(other) - p).norm());
+      }
+      EXPECT_GT(nearest, 0.5f * std::sqrt(4 * 3.14159f / 400));  // of the spacing of a square grid
+    }
+  }
+}
+
+TEST(ResampleSurfaceRepeatedly, GivesOneWhereTheSurfaceHasNoPointsForMore) {
+  TriangleMesh box = testing::Box(1, 1, 1);
+  ASSERT_EQ(box.vertex_count(), 8);
+  EXPECT_EQ(ResampleSurfaceRepeatedly(box, 4, {1, 12}).size(), 4u);
+  EXPECT_LT(ResampleSurfaceRepeatedly(box, 40, {1, 12}).size(), 40u);
+  TriangleMesh point = testing::Fan(5);
+  point.positions.setOnes();
+  ASSERT_EQ(ResampleSurfaceRepeatedly(point, 4, {100, 12}).size(), 1u);
+  EXPECT_EQ(ResampleSurfaceRepeatedly(point, 4, {100, 12})[0].points.rows(), 1);
+}
+
+TEST(JoinedSamples, HasAllSamplesAndTheFirstOnesCells) {
+  const TriangleMesh mesh = testing::Icosphere(4);
+  const auto samplings = ResampleSurfaceRepeatedly(mesh, 3, {100, 12});
+  const SurfaceSamples joined = JoinedSamples(samplings);
+  ASSERT_EQ(joined.points.rows(), 300);
+  EXPECT_EQ(joined.points.middleRows(100, 100), samplings[1].points);
+  EXPECT_EQ(joined.normals.bottomRows(100), samplings[2].normals);
+  EXPECT_LT((ValuesAt(mesh.positions, joined.place) - joined.points).cwiseAbs().maxCoeff(), 1e-5f);
+  EXPECT_EQ(joined.cell, samplings[0].cell);
 }
 
 TEST(ResampleSurface, NormalsPointOutwardsOnASphere) {
