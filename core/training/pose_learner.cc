@@ -71,8 +71,9 @@ class PoseLearner : public Learner {
 
  private:
   // The weights of the losses, from the scales on which each is about as hard to lower.
-  static constexpr double kCanonical = 5, kJoints = 10, kBones = 10, kRotations = 0.5, kTransfer = 20,
+  static constexpr double kCanonical = 5, kJoints = 10, kBones = 20, kRotations = 0.5, kTransfer = 20,
                           kConfidence = 0.1;
+  static constexpr double kCorrection = 0.75;  // LearnedRotationSolver's
   // Of the pelvis beyond its part of all the joints: a body turns about it, so that its error shifts all.
   static constexpr double kRoot = 0.2;
   // What "right" means to the confidence (pose_model.h), radians and normalised.
@@ -89,7 +90,8 @@ class PoseLearner : public Learner {
     return random.Uniform(0, 1) < share ? batch.weights : torch::Tensor();
   }
 
-  // The mean over all points, of the characters as they stand.
+  // The mean over all points, of the characters as they stand, with rotations corrected as the pose solver
+  // will correct them.
   static torch::Tensor TransferError(const PoseBatch& batch, const PosePrediction& out) {
     RigBatch found = {torch::softmax(out.logits, 1), out.joints, out.rotations};
     RigBatch truth = {batch.weights, batch.joints, batch.rotations};
@@ -100,6 +102,7 @@ class PoseLearner : public Learner {
       truth.joints = posed.joints;
       truth.rotations = posed.rotations;
     }
+    found.rotations = CorrectedByBones(found.rotations, found.joints, out.bones, kCorrection);
     const torch::Tensor& points = batch.posed ? batch.posed->points : batch.input.points;
     return TransferErrors(points, found, truth, batch.input.offsets[0]).mean();
   }

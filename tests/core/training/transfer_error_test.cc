@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 #include "core/skeleton/kinematics.h"
+#include "core/transfer/learned_rotation_solver.h"
 #include "core/transfer/linear_blend_skinning.h"
 
 namespace stance {
@@ -75,6 +76,74 @@ TEST_F(TransferErrorTest, DeformsAsThePipelineDoes) {
       }
     }
   }
+}
+
+// A joint's bones as they are from those at rest by its rotation, but for `noise`.
+torch::Tensor PosedJoints(const torch::Tensor& rotations, const torch::Tensor& bones, double noise) {
+  std::vector<torch::Tensor> joints = {torch::zeros({rotations.size(0), 3})};
+  for (int j = 1; j < kHumanJoints; ++j) {
+    const int parent = HumanSkeleton().parents()[j];
+    const auto bone =
+        torch::matmul(rotations.select(1, parent), bones.select(1, j).unsqueeze(-1)).squeeze(-1);
+    joints.push_back(joints[parent] + bone);
+  }
+  const auto all = torch::stack(joints, 1);
+  return all + noise * torch::randn_like(all);
+}
+
+TEST_F(TransferErrorTest, CorrectsNothingWhereBonesAndRotationsAgree) {
+  torch::manual_seed(3);
+  const auto bones = torch::randn({3, kHumanJoints, 3});
+  const auto joints = PosedJoints(rigs_.rotations, bones, 0);
+  EXPECT_LT(
+      (CorrectedByBones(rigs_.rotations, joints, bones, 0.75) - rigs_.rotations).abs().max().item<float>(),
+      1e-3);
+}
+
+TEST_F(TransferErrorTest, CorrectsAsTheSolverDoes) {
+  torch::manual_seed(3);
+  const auto bones = torch::randn({3, kHumanJoints, 3});
+  const auto joints = PosedJoints(rigs_.rotations, bones, 0.05);
+  const auto corrected = CorrectedByBones(rigs_.rotations, joints, bones, 0.75);
+  for (int64_t b = 0; b < 3; ++b) {
+    Rig rest, posed;  // the solver's rotations go from the first to the second
+    rest.rotations.assign(kHumanJoints, Rotation::Identity());
+    posed.rotations = bodies_[b].rotations;
+    posed.joints.resize(kHumanJoints, 3);
+    posed.bones.resize(kHumanJoints, 3);
+    for (int j = 0; j < kHumanJoints; ++j) {
+      for (int c = 0; c < 3; ++c) {
+        posed.joints(j, c) = joints[b][j][c].item<float>();
+        posed.bones(j, c) = bones[b][j][c].item<float>();
+      }
+    }
+    rest.bones = posed.bones;
+    rest.joints = Points::Zero(kHumanJoints, 3);
+    for (int j = 1; j < kHumanJoints; ++j) {
+      rest.joints.row(j) = rest.joints.row(HumanSkeleton().parents()[j]) + rest.bones.row(j);
+    }
+    const TriangleMesh none;
+    const std::vector<Rotation> expected =
+        LearnedRotationSolver(0.75f, std::nullopt).Solve(HumanSkeleton(), none, rest, none, posed);
+    for (int j = 0; j < kHumanJoints; ++j) {
+      if (HumanSkeleton().children(j).size() != 1) continue;
+      for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 3; ++c) {
+          EXPECT_NEAR(corrected[b][j][r][c].item<float>(), expected[j](r, c), 0.01) << j;
+        }
+      }
+    }
+  }
+}
+
+TEST_F(TransferErrorTest, TeachesBonesAlsoWhereTheyAreOpposite) {
+  auto bones = torch::randn({3, kHumanJoints, 3});
+  const auto joints = (-PosedJoints(rigs_.rotations, bones, 0)).requires_grad_();
+  bones.requires_grad_();
+  const auto corrected = CorrectedByBones(rigs_.rotations, joints, bones, 0.75);
+  (corrected - rigs_.rotations).square().sum().backward();
+  for (const torch::Tensor& tensor : {joints, bones})
+    EXPECT_TRUE(tensor.grad().isfinite().all().item<bool>());
 }
 
 TEST_F(TransferErrorTest, TheTruthHasNone) {
