@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <nanoflann.hpp>
 
 #include "core/base/multiversion.h"
 
@@ -96,18 +95,6 @@ STANCE_MULTIVERSION float Relax(const float* x, const float* y, const float* z, 
   return *std::max_element(largest, largest + kLanes);
 }
 
-struct PointAdaptor {
-  const Points& points;
-  size_t kdtree_get_point_count() const { return points.rows(); }
-  float kdtree_get_pt(size_t row, size_t axis) const {
-    return points(static_cast<int64_t>(row), static_cast<int64_t>(axis));
-  }
-  template <class Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
-  }
-};
-
 }  // namespace
 
 std::vector<int32_t> FarthestPoints(const Points& points, int64_t count) {
@@ -145,22 +132,6 @@ std::vector<int32_t> FarthestPoints(const Points& points, int64_t count) {
     }
   }
   return chosen;
-}
-
-std::vector<int32_t> NearestRow(const Points& queries, const Points& points) {
-  const PointAdaptor adaptor{points};
-  const nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, PointAdaptor>, PointAdaptor,
-                                            3, uint32_t>
-      tree(3, adaptor, nanoflann::KDTreeSingleIndexAdaptorParams(16));
-  std::vector<int32_t> nearest(queries.rows());
-  for (int64_t i = 0; i < queries.rows(); ++i) {
-    uint32_t index = 0;
-    float distance = 0;
-    const Eigen::Vector3f query = queries.row(i).transpose();
-    tree.knnSearch(query.data(), 1, &index, &distance);
-    nearest[i] = static_cast<int32_t>(index);
-  }
-  return nearest;
 }
 
 }  // namespace stance

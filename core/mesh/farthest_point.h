@@ -14,7 +14,4 @@ namespace stance {
 // worst; blocks of rows that no choice can matter to are passed over.
 std::vector<int32_t> FarthestPoints(const Points& points, int64_t count);
 
-// For each row of `queries`, the index of the nearest row of `points`. REQUIRES: points has rows.
-std::vector<int32_t> NearestRow(const Points& queries, const Points& points);
-
 }  // namespace stance

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/base/check.h"
-#include "core/mesh/farthest_point.h"
+#include "core/mesh/nearest_rows.h"
 
 namespace stance {
 namespace {

@@ -9,6 +9,7 @@
 
 #include "core/mesh/farthest_point.h"
 #include "core/mesh/measure.h"
+#include "core/mesh/nearest_rows.h"
 #include "core/mesh/surface_graph.h"
 
 namespace stance {

@@ -2,6 +2,7 @@
 
 #include "core/base/check.h"
 #include "core/network/gather.h"
+#include "core/network/product.h"
 
 namespace stance {
 
@@ -19,11 +20,9 @@ torch::Tensor EdgeConvImpl::forward(const torch::Tensor& x, const torch::Tensor&
   const int64_t in = weight.size(1) / 2;
   const auto w_a = weight.slice(1, 0, in);
   const auto w_b = weight.slice(1, in) - w_a;
-  if (!norm) {
-    return Leaky(GatherMax(torch::mm(x, w_a.t()), table) + torch::addmm(bias, x, w_b.t()));
-  }
+  if (!norm) return Leaky(GatherMax(Product(x, w_a), table) + (Product(x, w_b) + bias));
   if (is_training()) {
-    const auto a = torch::mm(x, w_a.t()), b = torch::mm(x, w_b.t());
+    const auto a = Product(x, w_a), b = Product(x, w_b);
     const auto [scale, shift] = BatchFold(a, b, table);
     return Leaky(GatherMax(a * scale, table) + torch::addcmul(shift, b, scale));
   }

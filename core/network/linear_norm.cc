@@ -23,7 +23,7 @@ LinearNormImpl::LinearNormImpl(int64_t in, int64_t out, bool batch_norm) {
 }
 
 torch::Tensor LinearNormImpl::forward(const torch::Tensor& x) {
-  if (!norm) return Leaky(torch::addmm(bias, x, weight.t()));
+  if (!norm) return Leaky(is_training() ? Product(x, weight) + bias : torch::addmm(bias, x, weight.t()));
   if (is_training()) return NormLeaky(Product(x, weight), norm, kLeakySlope);
   const auto [scale, shift] = FoldNorm(norm);
   return Leaky(torch::addmm(shift, x, (weight * scale.unsqueeze(1)).t()));

@@ -83,6 +83,16 @@ absl::StatusOr<ModelManifest> ReadManifest(const std::filesystem::path& dir) {
   if (result.max_ring < 1 || result.max_ring > 64) return bad(fmt::format("max_ring = {}", result.max_ring));
   if (std::filesystem::path(result.weights).filename() != result.weights)
     return bad("weights is not a file name");
+  if (manifest.contains("features")) {
+    if (result.method != kStanceMethod)
+      return bad(fmt::format("features: those of the method '{}' are fixed", result.method));
+    try {
+      result.features.normals = manifest.at("features").at("normals").get<bool>();
+      result.features.geodesic = manifest.at("features").at("geodesic").get<bool>();
+    } catch (const json::exception& error) {
+      return bad(fmt::format("features: {}", error.what()));
+    }
+  }
   if (manifest.contains("confidence")) {
     if (result.method != kStanceMethod)
       return bad(fmt::format("confidence: the method '{}' has none", result.method));
@@ -118,6 +128,9 @@ absl::Status WriteModel(const std::filesystem::path& dir, ModelManifest manifest
       {"format_version", kFormatVersion}, {"name", manifest.name},       {"version", manifest.version},
       {"method", manifest.method},        {"skeleton", "human24"},       {"samples", manifest.samples},
       {"max_ring", manifest.max_ring},    {"weights", manifest.weights}, {"crc32", manifest.crc32}};
+  if (manifest.features != InputFeatures{}) {
+    text["features"] = {{"normals", manifest.features.normals}, {"geodesic", manifest.features.geodesic}};
+  }
   if (manifest.confidence != ConfidenceCalibration{}) {
     text["confidence"] = {{"scale", manifest.confidence.scale}, {"bias", manifest.confidence.bias}};
   }

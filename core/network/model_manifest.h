@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/base/status.h"
+#include "core/network/pyramid_input.h"
 
 namespace stance {
 
@@ -29,6 +30,7 @@ struct ModelManifest {
   std::string method = kSkeletalMethod;
   int64_t samples = 1024;  // surface samples per mesh that the networks were trained on
   int max_ring = 12;
+  InputFeatures features{};                     // kStanceMethod; may be left out of the file
   std::string weights = "weights.safetensors";  // file beside the manifest
   std::string crc32;                            // of that file, eight hexadecimal digits
   ConfidenceCalibration confidence;             // kStanceMethod; may be left out of the file

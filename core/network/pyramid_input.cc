@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/mesh/geodesic_neighbors.h"
+#include "core/mesh/nearest_rows.h"
 
 namespace stance {
 
@@ -12,8 +13,29 @@ int64_t RowsOfLevel(int64_t samples, int level) {
   return (samples + step - 1) / step;
 }
 
-PyramidInput MakePyramidInput(const SurfaceSamples& samples, int threads) {
+namespace {
+
+// Neighbourhoods in space.
+void AddEuclidean(PyramidInput& input) {
+  const int64_t samples = input.points.rows();
+  for (int level = 0; level < kPyramidLevels; ++level) {
+    const Points points = input.points.topRows(RowsOfLevel(samples, level));
+    input.near[level] = NearestRows(points, points, kPyramidNeighbors);
+    if (level + 1 == kPyramidLevels) continue;
+    const Points kept = input.points.topRows(RowsOfLevel(samples, level + 1));
+    input.coarse[level] = NearestRows(points, kept, kCoarseNeighbors);
+  }
+}
+
+}  // namespace
+
+PyramidInput MakePyramidInput(const SurfaceSamples& samples, int threads, const InputFeatures& features) {
   PyramidInput input{samples.points, samples.normals, {}, {}};
+  if (!features.normals) input.normals.setZero();
+  if (!features.geodesic) {
+    AddEuclidean(input);
+    return input;
+  }
   SurfaceGraph graph = samples.graph;  // of the level's rows
   for (int level = 0;; ++level) {
     const int64_t rows = graph.vertex_count();

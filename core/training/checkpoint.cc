@@ -44,10 +44,12 @@ absl::Status SaveCheckpoint(const std::filesystem::path& path, const NamedModule
     torch::serialize::OutputArchive optimizer_part;
     if (optimizer != nullptr) optimizer->Save(optimizer_part);
     archive.write("optimizer", optimizer_part);
-    archive.write("progress", torch::tensor({static_cast<double>(progress.seen),
-                                             static_cast<double>(progress.samples_per_mesh),
-                                             static_cast<double>(progress.max_ring), progress.seconds},
-                                            torch::kFloat64));
+    archive.write(
+        "progress",
+        torch::tensor({static_cast<double>(progress.seen), static_cast<double>(progress.samples_per_mesh),
+                       static_cast<double>(progress.max_ring), progress.seconds,
+                       progress.features.normals ? 1.0 : 0.0, progress.features.geodesic ? 1.0 : 0.0},
+                      torch::kFloat64));
     std::ostringstream bytes;
     archive.save_to(bytes);
     return WriteFile(path, bytes.str());
@@ -78,8 +80,14 @@ absl::StatusOr<TrainingProgress> LoadCheckpoint(const std::filesystem::path& pat
     archive.read("progress", values);
     values = values.cpu();
     const auto access = values.accessor<double, 1>();
-    return TrainingProgress{static_cast<int64_t>(access[0]), static_cast<int64_t>(access[1]),
-                            static_cast<int64_t>(access[2]), access[3]};
+    TrainingProgress progress{static_cast<int64_t>(access[0]),
+                              static_cast<int64_t>(access[1]),
+                              static_cast<int64_t>(access[2]),
+                              access[3],
+                              {}};
+    // Older checkpoints don't say, and saw all.
+    if (access.size(0) > 4) progress.features = {access[4] != 0, access[5] != 0};
+    return progress;
   } catch (const std::exception& error) {
     return absl::DataLossError(fmt::format("{}: {}", path.string(), error.what()));
   }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/status.h"
+#include "core/network/pyramid_input.h"
 #include "core/training/adamw.h"
 
 namespace stance {
@@ -22,6 +23,7 @@ struct TrainingProgress {
   int64_t samples_per_mesh = 0;
   int64_t max_ring = 0;
   double seconds = 0;  // spent so far
+  InputFeatures features{};
 };
 
 // Modules and optimiser in one file, written aside and renamed. The modules are those of the stage, by name.

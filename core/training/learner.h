@@ -51,6 +51,7 @@ inline SampleOptions SampleOptionsOf(const TrainingOptions& options) {
   SampleOptions samples{options.seed * 3 + static_cast<uint64_t>(options.stage), options.samples_per_mesh,
                         options.max_ring};
   samples.rigged_share = options.rigged_share;
+  samples.features = options.features;
   return samples;
 }
 

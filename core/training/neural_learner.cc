@@ -2,6 +2,7 @@
 // both.
 #include <utility>
 
+#include "core/network/product.h"
 #include "core/network/rigging_branch.h"
 #include "core/network/transfer_branch.h"
 #include "core/training/learner.h"
@@ -30,7 +31,9 @@ LossWeights LossWeightsOf(TrainingStage stage) {
 class NeuralLearner : public Learner {
  public:
   NeuralLearner(const CharacterGenerator& generator, const TrainingOptions& options, RiggingBranch rigging)
-      : generator_(generator), options_(options), rigging_(std::move(rigging)) {
+      : options_(options),
+        pairs_(generator, SampleOptionsOf(options), options.reuse),
+        rigging_(std::move(rigging)) {
     if (options_.stage != TrainingStage::kTransfer) return;
     rigging_->to(torch::Device(options_.device));
     rigging_->eval();
@@ -47,15 +50,13 @@ class NeuralLearner : public Learner {
 
   void Start(int64_t seen) override {
     StartStream<NeuralBatch>(
-        options_, seen,
-        [this](int64_t first) {
-          return MakeNeuralBatch(generator_, SampleOptionsOf(options_), first, options_.batch_size);
-        },
+        options_, seen, [this](int64_t first) { return pairs_.MakeBatch(first, options_.batch_size); },
         stream_);
   }
 
   TrainingStep Next(int64_t) override {
     const NeuralBatch batch = stream_->Next().To(options_.device);
+    const Bfloat16Products products(options_.bfloat16);
     const LossWeights weights = LossWeightsOf(options_.stage);
     const bool rigs = options_.stage != TrainingStage::kTransfer;
     RiggingPrediction rig;
@@ -97,8 +98,8 @@ class NeuralLearner : public Learner {
                              offsets);
   }
 
-  const CharacterGenerator& generator_;
   const TrainingOptions& options_;
+  PairStream pairs_;
   RiggingBranch rigging_;
   TransferBranch transfer_;
   std::optional<BatchStream<NeuralBatch>> stream_;

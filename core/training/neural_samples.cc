@@ -3,19 +3,11 @@
 #include <utility>
 #include <vector>
 
+#include "core/skeleton/mirror.h"
+#include "core/training/pose_sampler.h"
+
 namespace stance {
 namespace {
-
-struct Side {
-  NetworkInput input;
-  RowMatrix weights;  // (N, 24)
-  Points joints;      // metres
-};
-
-struct Pair {
-  Side source, reference;
-  Points target;  // (N of the source, 3) metres
-};
 
 torch::Tensor Tensor(const RowMatrix& matrix) {
   auto tensor = torch::empty({matrix.rows(), matrix.cols()});
@@ -23,28 +15,23 @@ torch::Tensor Tensor(const RowMatrix& matrix) {
   return tensor;
 }
 
-Side SideOf(const Character& character, const SurfaceSamples& surface) {
+PairSide SideOf(const Character& character, const SurfaceSamples& surface) {
   return {{surface.points, surface.one_ring}, ValuesAt(character.weights, surface.place), character.joints};
 }
 
-Pair MakePair(const CharacterGenerator& generator, const SampleOptions& options, int64_t index) {
-  CharacterOptions characters = TrainingCharacterOptions(options, index);
-  // As the paper does. Neither the samples, but for exact ties, nor the networks' answers change with it.
-  characters.shuffle_vertices = true;
-  const TransferPair pair = generator.MakePair(options.seed, index, characters);
-  const ResampleOptions resample{options.samples, options.max_ring};
-  SurfaceSamples source = ResampleSurface(pair.source.mesh, resample);
-  Points target = ValuesAt(pair.truth, source.place);
-  Random random(options.seed ^ 0x9b05'688cULL, static_cast<uint64_t>(index));
-  for (int64_t i = 0; characters.noise > 0 && i < source.points.rows(); ++i) {
-    source.points.row(i) +=
-        static_cast<float>(random.Uniform(-characters.noise, characters.noise)) * source.normals.row(i);
-  }
-  return {SideOf(pair.source, source), SideOf(pair.reference, ResampleSurface(pair.reference.mesh, resample)),
-          std::move(target)};
+void Mirror(PairSide& side) {
+  side.input.points.col(0) *= -1;
+  side.joints = MirroredJoints(side.joints);
+  const RowMatrix weights = side.weights;
+  for (int j = 0; j < kHumanJoints; ++j) side.weights.col(j) = weights.col(MirrorJoint(j));
 }
 
-torch::Tensor EdgesOf(const std::vector<Pair>& pairs, const std::vector<int64_t>& offsets) {
+void Turn(PairSide& side, const Rotation& turn) {
+  side.input.points = (side.input.points * turn.transpose()).eval();
+  side.joints = (side.joints * turn.transpose()).eval();
+}
+
+torch::Tensor EdgesOf(const std::vector<NeuralPair>& pairs, const std::vector<int64_t>& offsets) {
   std::vector<int64_t> rows;
   for (size_t i = 0; i < pairs.size(); ++i) {
     const NeighborTable& ring = pairs[i].source.input.one_ring;
@@ -68,15 +55,63 @@ NeuralBatch NeuralBatch::To(torch::Device device) const {
   return moved;
 }
 
-NeuralBatch MakeNeuralBatch(const CharacterGenerator& generator, const SampleOptions& options, int64_t first,
-                            int64_t size) {
-  std::vector<Pair> pairs;
-  for (int64_t i = 0; i < size; ++i) pairs.push_back(MakePair(generator, options, first + i));
+NeuralPair Mirrored(const NeuralPair& pair) {
+  NeuralPair mirrored = pair;
+  Mirror(mirrored.source);
+  Mirror(mirrored.reference);
+  mirrored.target.col(0) *= -1;
+  return mirrored;
+}
+
+NeuralPair Turned(NeuralPair pair, const Rotation& source, const Rotation& reference) {
+  const Eigen::RowVector3f before = pair.source.joints.row(kPelvis);
+  Turn(pair.source, source);
+  Turn(pair.reference, reference);
+  pair.target =
+      ((pair.target.rowwise() - before) * reference.transpose()).rowwise() + pair.source.joints.row(kPelvis);
+  return pair;
+}
+
+PairStream::PairStream(const CharacterGenerator& generator, const SampleOptions& options, int64_t reuse)
+    : generator_(generator),
+      options_(options),
+      reuse_(reuse),
+      pairs_(reuse, [this](int64_t number) { return MakePair(number); }) {}
+
+NeuralPair PairStream::MakePair(int64_t number) const {
+  CharacterOptions characters = TrainingCharacterOptions(options_, number);
+  // As the paper does. Neither the samples, but for exact ties, nor the networks' answers change with it.
+  characters.shuffle_vertices = true;
+  const TransferPair pair = generator_.MakePair(options_.seed, number, characters);
+  const ResampleOptions resample{options_.samples, options_.max_ring};
+  SurfaceSamples source = ResampleSurface(pair.source.mesh, resample);
+  Points target = ValuesAt(pair.truth, source.place);
+  Random random(options_.seed ^ 0x9b05'688cULL, static_cast<uint64_t>(number));
+  for (int64_t i = 0; characters.noise > 0 && i < source.points.rows(); ++i) {
+    source.points.row(i) +=
+        static_cast<float>(random.Uniform(-characters.noise, characters.noise)) * source.normals.row(i);
+  }
+  return {SideOf(pair.source, source), SideOf(pair.reference, ResampleSurface(pair.reference.mesh, resample)),
+          std::move(target)};
+}
+
+NeuralPair PairStream::At(int64_t index) {
+  Random random(options_.seed ^ 0x1f83'd9abULL, static_cast<uint64_t>(index));
+  const std::shared_ptr<const NeuralPair> pair = pairs_.At(index, random);
+  if (reuse_ == 1) return *pair;
+  NeuralPair changed = random.Chance(0.5) ? Mirrored(*pair) : *pair;
+  const Rotation source = SampleGlobalTurn(random), reference = SampleGlobalTurn(random);
+  return Turned(std::move(changed), source, reference);
+}
+
+NeuralBatch PairStream::MakeBatch(int64_t first, int64_t size) {
+  std::vector<NeuralPair> pairs;
+  for (int64_t i = 0; i < size; ++i) pairs.push_back(At(first + i));
   std::vector<const NetworkInput*> inputs;
   std::vector<torch::Tensor> weights, joints, targets;
   for (const bool reference : {false, true}) {
-    for (const Pair& pair : pairs) {
-      const Side& side = reference ? pair.reference : pair.source;
+    for (const NeuralPair& pair : pairs) {
+      const PairSide& side = reference ? pair.reference : pair.source;
       const Normalization normalization = NormalizationOf(side.input.points);
       inputs.push_back(&side.input);
       weights.push_back(Tensor(side.weights));

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "core/network/tensors.h"
+#include "core/training/reuse_window.h"
 #include "core/training/sample_stream.h"
 
 namespace stance {
@@ -24,11 +25,47 @@ struct NeuralBatch {
   NeuralBatch To(torch::Device device) const;
 };
 
-// The pairs first .. first + size - 1 of the stream (CharacterGenerator::MakePair): source and reference
-// differ in identity, pose and resolution, and the target is exact. The noise that options.augment asks for
-// moves the reference's vertices and the source's samples, along their normals; the target has none. The same
-// arguments give the same batch.
-NeuralBatch MakeNeuralBatch(const CharacterGenerator& generator, const SampleOptions& options, int64_t first,
-                            int64_t size);
+// A character of a pair, in metres.
+struct PairSide {
+  NetworkInput input;
+  RowMatrix weights;  // (N, 24)
+  Points joints;      // (24, 3)
+};
+
+// Source and reference differ in identity, pose and resolution (CharacterGenerator::MakePair); the target is
+// exact.
+struct NeuralPair {
+  PairSide source, reference;
+  Points target;  // (N of the source, 3)
+};
+
+// The pair as a mirror in the plane x = 0 shows it: left is right.
+NeuralPair Mirrored(const NeuralPair& pair);
+
+// Source and reference turned about the origin, each by a turn of its own. The target, which turns about the
+// source's pelvis as the reference does, goes where that belongs.
+NeuralPair Turned(NeuralPair pair, const Rotation& source, const Rotation& reference);
+
+// An endless stream of pairs in which each comes `reuse` times on average, mirrored and its sides turned anew
+// each time (reuse_window.h, about 2 GB at 1,024 samples); with a reuse of 1 as the generator makes them. The
+// noise that options.augment asks for moves the reference's vertices and the source's samples, along their
+// normals; the target has none. The same arguments give the same pairs. Thread-safe.
+class PairStream {
+ public:
+  // `generator` outlives the stream.
+  PairStream(const CharacterGenerator& generator, const SampleOptions& options, int64_t reuse);
+
+  // The pairs first .. first + size - 1.
+  NeuralBatch MakeBatch(int64_t first, int64_t size);
+
+ private:
+  NeuralPair MakePair(int64_t number) const;
+  NeuralPair At(int64_t index);
+
+  const CharacterGenerator& generator_;
+  const SampleOptions options_;
+  const int64_t reuse_;
+  ReuseWindow<NeuralPair> pairs_;
+};
 
 }  // namespace stance

@@ -139,14 +139,15 @@ Rotation TrainingTurn(Random& random) {
 
 PoseStream::PoseStream(const CharacterGenerator& generator, const SampleOptions& options, int64_t reuse,
                        const PoseModel* first)
-    : generator_(generator), options_(options), reuse_(reuse), first_(first), window_(kWindow) {
-  STANCE_CHECK(reuse >= 1);
-}
+    : generator_(generator),
+      options_(options),
+      first_(first),
+      characters_(reuse, [this](int64_t character) { return MakeSample(character); }) {}
 
 PoseSample PoseStream::MakeSample(int64_t index) const {
   const Character character = MakeTrainingCharacter(generator_, options_, index);
   const SurfaceSamples surface = ResampleSurface(character.mesh, {options_.samples, options_.max_ring});
-  PoseSample sample = {MakePyramidInput(surface, /*threads=*/1),
+  PoseSample sample = {MakePyramidInput(surface, /*threads=*/1, options_.features),
                        ValuesAt(character.weights, surface.place),
                        ValuesAt(character.canonical, surface.place),
                        character.joints,
@@ -161,23 +162,9 @@ PoseSample PoseStream::MakeSample(int64_t index) const {
   return sample;
 }
 
-std::shared_ptr<const PoseSample> PoseStream::CharacterAt(int64_t index) {
-  Slot& slot = window_[index % kWindow];
-  {
-    const std::lock_guard lock(mutex_);
-    if (slot.character == index) return slot.sample;
-  }
-  auto sample = std::make_shared<const PoseSample>(MakeSample(index));
-  const std::lock_guard lock(mutex_);
-  if (slot.character < index) slot = {index, sample};
-  return sample;
-}
-
 PoseSample PoseStream::At(int64_t index) {
   Random random(options_.seed ^ 0x3c6e'f372ULL, static_cast<uint64_t>(index));
-  int64_t character = index / reuse_;
-  if (index % reuse_ != 0) character -= random.Below(std::min(character + 1, kWindow));
-  const std::shared_ptr<const PoseSample> sample = CharacterAt(character);
+  const std::shared_ptr<const PoseSample> sample = characters_.At(index, random);
   const bool mirror = random.Chance(0.5);
   PoseSample seen = mirror ? Mirrored(*sample) : *sample;
   if (!seen.first) return Turned(std::move(seen), TrainingTurn(random));

@@ -4,14 +4,13 @@
 #include <torch/torch.h>
 
 #include <cstdint>
-#include <memory>
-#include <mutex>
 #include <optional>
 #include <vector>
 
 #include "core/base/random.h"
 #include "core/network/pose_model.h"
 #include "core/network/tensors.h"
+#include "core/training/reuse_window.h"
 #include "core/training/sample_stream.h"
 
 namespace stance {
@@ -70,13 +69,10 @@ PoseEstimate Perturbed(PoseEstimate estimate, Random& random);
 Rotation TrainingTurn(Random& random);
 
 // An endless stream of samples in which each character comes `reuse` times on average, turned and mirrored
-// anew each time: to make one costs far more than to turn it. Sample i is the character i / reuse where i is
-// a multiple of reuse, else one of the kWindow before that. The same arguments give the same samples.
-// Thread-safe.
+// anew each time (reuse_window.h, about 1 GB at 1,024 samples): to make one costs far more than to turn it.
+// The same arguments give the same samples. Thread-safe.
 class PoseStream {
  public:
-  static constexpr int64_t kWindow = 4096;  // characters kept: about 1 GB at 1,024 samples
-
   // `generator` and `first` outlive the stream. With `first`, a model whose first network is trained, the
   // samples are unposed by what it finds, perturbed, instead of turned.
   PoseStream(const CharacterGenerator& generator, const SampleOptions& options, int64_t reuse,
@@ -86,21 +82,13 @@ class PoseStream {
   PoseBatch MakeBatch(int64_t first, int64_t size);
 
  private:
-  struct Slot {
-    int64_t character = -1;
-    std::shared_ptr<const PoseSample> sample;
-  };
-
   PoseSample MakeSample(int64_t character) const;
-  std::shared_ptr<const PoseSample> CharacterAt(int64_t index);
   PoseSample At(int64_t index);
 
   const CharacterGenerator& generator_;
   const SampleOptions options_;
-  const int64_t reuse_;
   const PoseModel* const first_;
-  std::mutex mutex_;
-  std::vector<Slot> window_;  // guarded by mutex_; character c in slot c % kWindow
+  ReuseWindow<PoseSample> characters_;
 };
 
 }  // namespace stance

@@ -27,9 +27,10 @@ struct SampleOptions {
   int max_ring = 12;
   Split split = Split::kTrain;
   PoseMix poses = PoseMix::kTraining;
-  bool augment = true;      // noise, per-limb scale, random resolution, holes
-  bool turn = true;         // CharacterOptions::global_rotation
-  double rigged_share = 0;  // CharacterOptions::rigged_share
+  bool augment = true;       // noise, per-limb scale, random resolution, holes
+  bool turn = true;          // CharacterOptions::global_rotation
+  double rigged_share = 0;   // CharacterOptions::rigged_share
+  InputFeatures features{};  // of METHOD_STANCE's networks
 };
 
 // How the index-th character of the stream, or both of its pair, is to be scaled and roughened.

@@ -144,6 +144,12 @@ int main(int argc, char** argv) {
                   "Folder of another run whose weights of the stage are the first ones");
   run->add_option("--seed", options.seed, "Seed of weights and samples")->capture_default_str();
   run->add_option("--points", options.samples_per_mesh, "Surface samples per mesh")->capture_default_str();
+  run->add_flag("--normals,!--no-normals", options.features.normals,
+                "Show stages pose and refinement the samples' normals")
+      ->capture_default_str();
+  run->add_flag("--geodesic,!--euclidean", options.features.geodesic,
+                "Neighbourhoods along the surface in those stages; otherwise in space")
+      ->capture_default_str();
   run->add_option("--batch", batch, "Characters per step, of neural's stages pairs [8; both and whole: 4]");
   run->add_option("--samples", options.total_samples, "Characters, or pairs, seen in all")
       ->capture_default_str();
@@ -156,13 +162,14 @@ int main(int argc, char** argv) {
   run->add_option("--loss-points", options.loss_points, "Points per mesh in f_C's loss")
       ->capture_default_str();
   run->add_option("--reuse", options.reuse,
-                  "How often each character comes in stages pose and refinement, changed anew")
+                  "How often each character, or pair, comes in the stages of stance and neural, changed anew")
       ->capture_default_str();
   run->add_option("--rigged-share", options.rigged_share, "Share of the pack's rigged characters")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
-  run->add_flag("--bf16,!--no-bf16", bfloat16,
-                "Products in bfloat16 in stages pose and refinement [where the CPU has AMX, and on CUDA]");
+  run->add_flag(
+      "--bf16,!--no-bf16", bfloat16,
+      "Products in bfloat16 in the stages of stance and neural [where the CPU has AMX, and on CUDA]");
   run->add_option("--threads", options.threads, "Threads of the networks")->capture_default_str();
   run->add_option("--generator-threads", options.generator_threads, "Threads that make samples")
       ->capture_default_str();

@@ -48,6 +48,14 @@ double CosineRate(const TrainingOptions& options, int64_t seen) {
 // learned.
 absl::Status CheckSameSamples(const std::filesystem::path& checkpoint, const TrainingProgress& found,
                               const TrainingProgress& expected) {
+  const auto features = [](const InputFeatures& of) {
+    return fmt::format("{} normals and {} neighbourhoods", of.normals ? "with" : "without",
+                       of.geodesic ? "geodesic" : "euclidean");
+  };
+  if (found.features != expected.features) {
+    return absl::FailedPreconditionError(fmt::format("{} was trained {}, not {}", checkpoint.string(),
+                                                     features(found.features), features(expected.features)));
+  }
   if (found.samples_per_mesh == expected.samples_per_mesh && found.max_ring == expected.max_ring) {
     return absl::OkStatus();
   }
@@ -140,9 +148,11 @@ absl::StatusOr<std::unique_ptr<Learner>> MakeLearner(const CharacterGenerator& g
       manifest.method = kStanceMethod;
       STANCE_RETURN_IF_ERROR(ExportModel(options.work_dir, dir, manifest));
       STANCE_ASSIGN_OR_RETURN(std::unique_ptr<PoseModel> first, PoseModel::Load(dir));
-      const TrainingProgress seen{0, first->manifest().samples, first->manifest().max_ring, 0};
-      STANCE_RETURN_IF_ERROR(CheckSameSamples(CheckpointPath(options.work_dir, TrainingStage::kPose), seen,
-                                              {0, options.samples_per_mesh, options.max_ring, 0}));
+      const TrainingProgress seen{0, first->manifest().samples, first->manifest().max_ring, 0,
+                                  first->manifest().features};
+      STANCE_RETURN_IF_ERROR(
+          CheckSameSamples(CheckpointPath(options.work_dir, TrainingStage::kPose), seen,
+                           {0, options.samples_per_mesh, options.max_ring, 0, options.features}));
       return MakePoseLearner(generator, options, std::move(first));
     }
     case TrainingStage::kRigging:
@@ -153,8 +163,9 @@ absl::StatusOr<std::unique_ptr<Learner>> MakeLearner(const CharacterGenerator& g
       STANCE_ASSIGN_OR_RETURN(
           const TrainingProgress seen,
           LoadStage(options.work_dir, TrainingStage::kRigging, {"rigging", rigging.ptr()}, torch::kCPU));
-      STANCE_RETURN_IF_ERROR(CheckSameSamples(CheckpointPath(options.work_dir, TrainingStage::kRigging), seen,
-                                              {0, options.samples_per_mesh, options.max_ring, 0}));
+      STANCE_RETURN_IF_ERROR(
+          CheckSameSamples(CheckpointPath(options.work_dir, TrainingStage::kRigging), seen,
+                           {0, options.samples_per_mesh, options.max_ring, 0, options.features}));
       return MakeNeuralLearner(generator, options, std::move(rigging));
     }
     default:
@@ -193,7 +204,7 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
   }
   AdamW optimizer(parameters, learner->weight_decay());
   const auto checkpoint = CheckpointPath(options.work_dir, options.stage);
-  TrainingProgress progress{0, options.samples_per_mesh, options.max_ring, 0};
+  TrainingProgress progress{0, options.samples_per_mesh, options.max_ring, 0, options.features};
   if (auto resumed = LoadCheckpoint(checkpoint, modules, &optimizer, device); resumed.ok()) {
     STANCE_RETURN_IF_ERROR(CheckSameSamples(checkpoint, *resumed, progress));
     progress = *resumed;
@@ -411,6 +422,7 @@ absl::Status ExportModel(const std::filesystem::path& work_dir, const std::files
   if (!progress.ok()) return progress.status();
   manifest.samples = progress->samples_per_mesh;
   manifest.max_ring = static_cast<int>(progress->max_ring);
+  manifest.features = progress->features;
   return WriteModel(model_dir, manifest, tensors);
 }
 

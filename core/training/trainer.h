@@ -42,6 +42,7 @@ struct TrainingOptions {
   uint64_t seed = 1;
   int64_t samples_per_mesh = 1024;
   int max_ring = 12;
+  InputFeatures features{};        // of stages "pose" and "refinement"; part of the model
   int64_t batch_size = 8;          // paper A: 8, and 4 for "both"; of METHOD_NEURAL, pairs
   int64_t total_samples = 50'000;  // characters, or pairs, seen by the end of the cosine
   double learning_rate = 1e-3;  // paper A: 1e-4 over 500,000 samples, then 5e-5 for "both"; 1e-3 reaches as
@@ -49,8 +50,8 @@ struct TrainingOptions {
   double final_rate = 0.02;     // fraction of learning_rate at the end of the cosine
   // Points per mesh on which f_C's head and loss are evaluated: neighbours say nearly the same.
   int64_t loss_points = 256;
-  // How often each character comes in stages "pose" and "refinement", turned or unposed, and mirrored, anew
-  // (pose_samples.h).
+  // How often each character, or pair, comes in the stages of METHOD_STANCE and METHOD_NEURAL, turned or
+  // unposed, and mirrored, anew (pose_samples.h, neural_samples.h).
   int64_t reuse = 1;
   // CharacterOptions::rigged_share of the characters seen.
   double rigged_share = 0;
@@ -71,8 +72,8 @@ TrainingOptions DefaultTrainingOptions(TrainingStage stage);
 // Runs the stage to its end (or max_hours). `report` receives the progress lines. INVALID_ARGUMENT with name
 // and value for an option out of range; FAILED_PRECONDITION when "both", "refinement", "transfer" or "whole"
 // finds no checkpoints of the stages before it, or a checkpoint is of another number of samples per mesh or
-// neighbours; INTERNAL if Torch fails, with its words, and if loss or gradient are no longer finite: the last
-// checkpoint then stays as it is.
+// neighbours, or of other features; INTERNAL if Torch fails, with its words, and if loss or gradient are no
+// longer finite: the last checkpoint then stays as it is.
 absl::Status Train(const CharacterGenerator& generator, const TrainingOptions& options,
                    const std::function<void(const std::string&)>& report);
 

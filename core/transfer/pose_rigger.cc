@@ -21,7 +21,7 @@ absl::StatusOr<std::vector<Rig>> PoseRigger::RigMeshes(std::span<const TriangleM
       samples[i] = ResampleSurfaceRepeatedly(*meshes[i], options_.samplings,
                                              {model_.manifest().samples, model_.manifest().max_ring});
       for (const SurfaceSamples& sampling : samples[i]) {
-        inputs[i].push_back(MakePyramidInput(sampling, /*threads=*/1));
+        inputs[i].push_back(MakePyramidInput(sampling, /*threads=*/1, model_.manifest().features));
       }
     }
   });

@@ -75,14 +75,5 @@ TEST(FarthestPoints, StopWhereEveryRowCoincidesWithAChoice) {
   EXPECT_TRUE(FarthestPoints(Points(0, 3), 6).empty());
 }
 
-TEST(NearestRow, AgreesWithTheDefinition) {
-  const Points points = Icosphere(2).positions, queries = Icosphere(3, 1.3f).positions;
-  const auto nearest = NearestRow(queries, points);
-  for (int64_t i = 0; i < queries.rows(); ++i) {
-    const float best = (points.rowwise() - queries.row(i)).rowwise().norm().minCoeff();
-    EXPECT_NEAR((points.row(nearest[i]) - queries.row(i)).norm(), best, 1e-6f);
-  }
-}
-
 }  // namespace
 }  // namespace stance

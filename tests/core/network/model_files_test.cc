@@ -88,6 +88,20 @@ TEST_F(ModelFiles, ACalibrationThatIsWrittenIsRead) {
   EXPECT_EQ(ReadManifest(dir_)->confidence, manifest.confidence);
 }
 
+TEST_F(ModelFiles, FeaturesThatAreWrittenAreRead) {
+  ModelManifest manifest;
+  manifest.method = kStanceMethod;
+  manifest.features = {.normals = false, .geodesic = true};
+  ASSERT_TRUE(WriteModel(dir_, manifest, {{"a", torch::ones({2})}}).ok());
+  EXPECT_EQ(ReadManifest(dir_)->features, manifest.features);
+  std::string text = *ReadFile(dir_ / "manifest.json");
+  text.replace(text.find("false"), 5, "\"no\"");
+  ASSERT_TRUE(WriteFile(dir_ / "manifest.json", text).ok());
+  const absl::Status status = ReadManifest(dir_).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_NE(std::string(status.message()).find("features"), std::string::npos) << status;
+}
+
 TEST_F(ModelFiles, CalibrationErrorsNameFieldAndValue) {
   for (const auto& [confidence, named] :
        {std::pair{"{\"scale\": -2}", "confidence.scale = -2"},

@@ -44,6 +44,32 @@ TEST(PyramidInput, LevelsAreQuartersRoundedUp) {
   EXPECT_EQ(RowsOfLevel(1, 2), 1);
 }
 
+TEST(PyramidInput, ShowsNoMoreThanItsFeatures) {
+  const SurfaceSamples samples = ResampleSurface(testing::TwoSpheres(3), {200, 12});
+  const PyramidInput all = MakePyramidInput(samples, 1);
+  const PyramidInput blind = MakePyramidInput(samples, 1, {.normals = false});
+  EXPECT_GT(all.normals.norm(), 1);
+  EXPECT_EQ(blind.normals.norm(), 0);
+  EXPECT_EQ(blind.near, all.near);
+
+  const PyramidInput euclidean = MakePyramidInput(samples, 1, {.geodesic = false});
+  EXPECT_EQ(euclidean.normals, all.normals);
+  for (int level = 0; level < kPyramidLevels; ++level) {
+    const Points points = samples.points.topRows(RowsOfLevel(200, level));
+    ASSERT_EQ(euclidean.near[level].rows(), points.rows());
+    for (int64_t i = 0; i < points.rows(); ++i) {
+      EXPECT_EQ(euclidean.near[level](i, 0), i);
+      const float reach =
+          (points.row(euclidean.near[level](i, kPyramidNeighbors - 1)) - points.row(i)).norm();
+      const auto nearer =
+          ((points.rowwise() - points.row(i)).rowwise().norm().array() < reach - 1e-5f).count();
+      EXPECT_LT(nearer, kPyramidNeighbors);
+    }
+  }
+  EXPECT_EQ(euclidean.coarse[0].rows(), 200);
+  EXPECT_LT(euclidean.coarse[0].maxCoeff(), RowsOfLevel(200, 1));
+}
+
 TEST(PyramidInput, NeighboursAreOfTheirLevel) {
   const PyramidInput input = InputOf(Lopsided(), 200);
   for (int level = 0; level < kPyramidLevels; ++level) {

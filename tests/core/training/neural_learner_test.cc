@@ -1,6 +1,8 @@
 // The stages of METHOD_NEURAL on small data: pairs, learning, order, resuming, export.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include "core/network/model_files.h"
 #include "core/network/neural_model.h"
 #include "core/training/neural_samples.h"
@@ -67,8 +69,8 @@ class NeuralLearnerTest : public ::testing::Test {
 
 TEST_F(NeuralLearnerTest, PairsDependOnSeedAndIndexAlone) {
   const SampleOptions options{3, 64, 12};
-  const NeuralBatch some = MakeNeuralBatch(*generator_, options, 5, 1),
-                    more = MakeNeuralBatch(*generator_, options, 4, 3);
+  PairStream stream(*generator_, options, 1);
+  const NeuralBatch some = stream.MakeBatch(5, 1), more = stream.MakeBatch(4, 3);
   EXPECT_EQ(more.pair_count(), 3);
   EXPECT_TRUE(some.target.equal(more.target.slice(0, 64, 128)));
   EXPECT_TRUE(some.joints[0].equal(more.joints[1]));
@@ -79,7 +81,7 @@ TEST_F(NeuralLearnerTest, PairsDependOnSeedAndIndexAlone) {
 TEST_F(NeuralLearnerTest, TheTargetIsTheSourcesSurfaceElsewhere) {
   SampleOptions options{4, 128, 12};
   options.augment = false;
-  const NeuralBatch batch = MakeNeuralBatch(*generator_, options, 0, 4);
+  const NeuralBatch batch = PairStream(*generator_, options, 1).MakeBatch(0, 4);
   EXPECT_EQ(batch.input.mesh_count(), 8);
   EXPECT_EQ(batch.target.size(0), batch.source_rows());
   EXPECT_LT((batch.weights.sum(1) - 1).abs().max().item<float>(), 1e-4);
@@ -94,6 +96,64 @@ TEST_F(NeuralLearnerTest, TheTargetIsTheSourcesSurfaceElsewhere) {
   // Limbs bend, but hardly stretch.
   EXPECT_LT((lengths(batch.target) / lengths(points) - 1).abs().median().item<float>(), 0.05);
   EXPECT_GT((batch.target - points).norm(2, 1).mean().item<float>(), 0.02);
+}
+
+TEST_F(NeuralLearnerTest, APairComesAgainChanged) {
+  const SampleOptions options{5, 64, 12};
+  PairStream stream(*generator_, options, 4), again(*generator_, options, 4), once(*generator_, options, 1);
+  const NeuralBatch batch = stream.MakeBatch(0, 4);  // the first pair, four times
+  const NeuralBatch made = once.MakeBatch(0, 1);
+  EXPECT_TRUE(again.MakeBatch(2, 1).target.equal(batch.target.slice(0, 128, 192)));
+  for (int64_t i = 0; i < 4; ++i) {
+    const auto target = batch.target.slice(0, 64 * i, 64 * (i + 1));
+    EXPECT_FALSE(target.equal(made.target));
+    for (int64_t j = 0; j < i; ++j) EXPECT_FALSE(target.equal(batch.target.slice(0, 64 * j, 64 * (j + 1))));
+    // The same pair: it differs by a rigid motion, a mirror, and the unit of its box.
+    const auto shape = [](const torch::Tensor& points) {
+      const auto distances = torch::pdist(points);
+      return distances / distances.mean();
+    };
+    EXPECT_LT((shape(target) - shape(made.target)).abs().max().item<float>(), 1e-3);
+  }
+}
+
+NeuralPair SomePair() {
+  std::srand(4);
+  const auto side = [] {
+    return PairSide{{Points::Random(9, 3), NeighborTable::Zero(9, 2)},
+                    RowMatrix::Random(9, kHumanJoints).cwiseAbs(),
+                    Points::Random(kHumanJoints, 3)};
+  };
+  return {side(), side(), Points::Random(9, 3)};
+}
+
+TEST(NeuralPair, TurnsAsAWholeByEqualTurns) {
+  const NeuralPair pair = SomePair();
+  const Rotation turn = Eigen::Quaternionf::UnitRandom().toRotationMatrix();
+  const NeuralPair turned = Turned(pair, turn, turn);
+  EXPECT_LT((turned.target - pair.target * turn.transpose()).norm(), 1e-5f);
+  EXPECT_LT((turned.source.joints - pair.source.joints * turn.transpose()).norm(), 1e-5f);
+  EXPECT_LT((turned.reference.input.points - pair.reference.input.points * turn.transpose()).norm(), 1e-5f);
+}
+
+TEST(NeuralPair, ATurnedReferenceTurnsTheTargetAboutTheSourcesPelvis) {
+  const NeuralPair pair = SomePair();
+  const Rotation turn = Eigen::Quaternionf::UnitRandom().toRotationMatrix();
+  const NeuralPair turned = Turned(pair, Rotation::Identity(), turn);
+  EXPECT_EQ(turned.source.input.points, pair.source.input.points);
+  const Eigen::RowVector3f pelvis = pair.source.joints.row(kPelvis);
+  EXPECT_LT(((turned.target.rowwise() - pelvis) - (pair.target.rowwise() - pelvis) * turn.transpose()).norm(),
+            1e-5f);
+}
+
+TEST(NeuralPair, MirroredTwiceIsItself) {
+  const NeuralPair pair = SomePair();
+  const NeuralPair mirrored = Mirrored(pair), twice = Mirrored(mirrored);
+  EXPECT_EQ(mirrored.source.weights.col(kLeftElbow), pair.source.weights.col(kRightElbow));
+  EXPECT_EQ(mirrored.target.col(0), -pair.target.col(0));
+  EXPECT_EQ(twice.target, pair.target);
+  EXPECT_EQ(twice.reference.joints, pair.reference.joints);
+  EXPECT_EQ(twice.reference.weights, pair.reference.weights);
 }
 
 TEST_F(NeuralLearnerTest, TheThreeStagesLearnAndExport) {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/base/stopwatch.h"
-#include "core/mesh/farthest_point.h"
+#include "core/mesh/nearest_rows.h"
 #include "tests/support/meshes.h"
 
 namespace stance {
