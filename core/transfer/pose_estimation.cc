@@ -11,8 +11,8 @@
 namespace stance {
 namespace {
 
-// The views in which a mesh's samplings are seen, `count` of each: those of sampling s are s, s + S, s + 2 S
-// ...
+// The views in which a mesh's S samplings are seen, `count` of each: those of sampling s are every S-th from
+// s on.
 std::vector<PoseView> ViewsOf(PosePass pass, size_t samplings, int count) {
   const int all = static_cast<int>(samplings) * count;
   if (pass == PosePass::kFirst || all == 1) return EvenViews(all);
