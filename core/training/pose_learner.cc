@@ -73,7 +73,7 @@ class PoseLearner : public Learner {
   // The weights of the losses, from the scales on which each is about as hard to lower.
   static constexpr double kCanonical = 5, kJoints = 10, kBones = 20, kRotations = 0.5, kTransfer = 20,
                           kConfidence = 0.1;
-  static constexpr double kCorrection = 0.75;  // LearnedRotationSolver's
+  static constexpr double kCorrection = 1;  // LearnedRotationSolver's
   // Of the pelvis beyond its part of all the joints: a body turns about it, so that its error shifts all.
   static constexpr double kRoot = 0.2;
   // What "right" means to the confidence (pose_model.h), radians and normalised.

@@ -16,10 +16,11 @@ namespace stance {
 // backwards (anatomical_limits.h). REQUIRES: both rigs have rotations and bones.
 class LearnedRotationSolver : public PoseSolver {
  public:
-  // `correction`: how far towards the bones, in [0, 1]: the joints' places err, too. 0.75 was the best of
-  // 0.5, 0.75 and 1 on moderate and hard pairs. `limit`: of the hinges, which only the human skeleton has;
+  // `correction`: how far towards the bones, in [0, 1]: the joints' places err, too. All the way was the best
+  // of 0.5, 0.75 and 1 on moderate and hard pairs, once the networks had been taught by rotations corrected
+  // so (0.75 before that). `limit`: of the hinges, which only the human skeleton has;
   // none leaves them as they come.
-  explicit LearnedRotationSolver(float correction = 0.75f, std::optional<HingeLimit> limit = HingeLimit())
+  explicit LearnedRotationSolver(float correction = 1, std::optional<HingeLimit> limit = HingeLimit())
       : correction_(correction), limit_(limit) {}
 
   std::vector<Rotation> Solve(const Skeleton& skeleton, const TriangleMesh& source, const Rig& source_rig,
