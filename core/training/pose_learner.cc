@@ -90,8 +90,9 @@ class PoseLearner : public Learner {
     return random.Uniform(0, 1) < share ? batch.weights : torch::Tensor();
   }
 
-  // The mean over all points, of the characters as they stand, with rotations corrected as the pose solver
-  // will correct them.
+  // The mean over all points, of the characters as they stand. The last look's rotations are those that the
+  // pose solver will correct; the first's are used as they are, and learn slowly if only corrected ones
+  // count.
   static torch::Tensor TransferError(const PoseBatch& batch, const PosePrediction& out) {
     RigBatch found = {torch::softmax(out.logits, 1), out.joints, out.rotations};
     RigBatch truth = {batch.weights, batch.joints, batch.rotations};
@@ -101,8 +102,8 @@ class PoseLearner : public Learner {
       found.rotations = torch::matmul(posed.turns, found.rotations);
       truth.joints = posed.joints;
       truth.rotations = posed.rotations;
+      found.rotations = CorrectedByBones(found.rotations, found.joints, out.bones, kCorrection);
     }
-    found.rotations = CorrectedByBones(found.rotations, found.joints, out.bones, kCorrection);
     const torch::Tensor& points = batch.posed ? batch.posed->points : batch.input.points;
     return TransferErrors(points, found, truth, batch.input.offsets[0]).mean();
   }

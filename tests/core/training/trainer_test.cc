@@ -113,7 +113,7 @@ TEST_F(TrainerTest, TheStagePoseLearns) {
   const auto log = ReadLog(work_.path() / "pose" / "pose.csv");
   ASSERT_TRUE(log.ok());
   ASSERT_FALSE(log->empty());
-  EXPECT_GT(log->back().accuracy, 0.1);  // guessing gives 0.04
+  EXPECT_GT(log->back().accuracy, 0.15);  // guessing gives 0.04
   EXPECT_GT(log->back().degrees, 0);
   EXPECT_LT(log->back().degrees, 120);  // random rotations are 126 degrees apart
 
