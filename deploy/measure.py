@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Measures the times of docs/performance.md and prints them as its tables.
 
-  deploy/measure.py [--seconds S] [--only benchmark|memory|load]
+  deploy/measure.py [--seconds S] [--only benchmark|memory|load|reload]
 
 Needs a finished release build (deploy/test.sh) and an otherwise idle machine. `benchmark` runs
 transfer_benchmark, every row of a table in the same run; `memory` runs the bundled pair once by each method in a
 process of its own; `load` starts a server with every model in models/ and runs stance-load against it with 1, 4 and
-16 clients on the bundled pair, by each method. Methods are those whose model is there.
+16 clients on the bundled pair, by each method. Methods are those whose model is there. `reload` lets one client call,
+with and without a reload of all models every other second, by turns, so that it can be told on a machine that is busy.
 """
 
 import argparse
@@ -14,10 +15,13 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import signal
+import statistics
 import subprocess
 import sys
 import tempfile
+import threading
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BIN = ROOT / "build" / "release" / "bin"
@@ -25,6 +29,7 @@ PAIR = [str(ROOT / "deploy" / "sample" / name) for name in ("source.glb", "refer
 PHASES = ("check", "resample", "network", "pose", "weights", "deform")
 CLIENTS = (1, 4, 16)
 MODELS = {json.loads(path.read_text())["method"]: path.parent for path in sorted(ROOT.glob("models/*/manifest.json"))}
+RELOAD_TURNS = 5
 METHODS = [method for method in ("stance", "skeletal") if method in MODELS]
 
 
@@ -115,10 +120,62 @@ def measure_load(seconds):
             sys.exit("measure.py: the server did not stop cleanly")
 
 
+def measure_reload(seconds):
+    with tempfile.TemporaryDirectory() as folder:
+        models, log = pathlib.Path(folder) / "models", pathlib.Path(folder) / "log"
+        shutil.copytree(ROOT / "models", models)
+        with open(log, "wb") as stderr:
+            server = subprocess.Popen(
+                [BIN / "stance-server", "--listen", "127.0.0.1:0", "--metrics-listen", "", "--model", models],
+                stdout=subprocess.PIPE,
+                stderr=stderr,
+                text=True,
+            )
+        done = threading.Event()
+
+        def reload():
+            while not done.wait(2):
+                for manifest in models.glob("*/manifest.json"):
+                    manifest.touch()
+                server.send_signal(signal.SIGHUP)
+
+        try:
+            address = server.stdout.readline().removeprefix("listening on ").strip()
+            command = [BIN / "stance-load", *PAIR, "--server", address, "--clients", "1", "--timeout", "120"]
+            command += ["--duration", str(seconds), "--warmup", "3", "--json"]
+            rows, reports = [], {"without": [], "with": []}
+            for turn in range(RELOAD_TURNS):
+                for kind in reports:
+                    done.clear()
+                    thread = threading.Thread(target=reload)
+                    if kind == "with":
+                        thread.start()
+                    report = subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout
+                    reports[kind].append(json.loads(report))
+                    done.set()
+                    if kind == "with":
+                        thread.join()
+            for kind, some in reports.items():
+                latency = [[report["latency_ms"][key] for report in some] for key in ("p50", "p90", "p99")]
+                rows.append(
+                    [kind, sum(report["ok"] for report in some), sum(sum(r["errors"].values()) for r in some)]
+                    + [number(statistics.median(each)) for each in latency]
+                )
+            ratios = [statistics.median(r["latency_ms"][key] for r in reports["with"])
+                      / statistics.median(r["latency_ms"][key] for r in reports["without"]) for key in ("p50", "p90", "p99")]
+            rows.append(["ratio", "", "", *(f"{ratio:.2f}" for ratio in ratios)])
+            table(["reloads", "answers", "errors", "p50 ms", "p90 ms", "p99 ms"], rows)
+            print(log.read_text().count('"models reloaded"'), "reloads\n")
+        finally:
+            done.set()
+            server.send_signal(signal.SIGTERM)
+            server.wait()
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=20, help="length of each load run [20]")
-    parser.add_argument("--only", choices=("benchmark", "memory", "load"), help="one of the three")
+    parser.add_argument("--only", choices=("benchmark", "memory", "load", "reload"), help="one of them")
     arguments = parser.parse_args()
     if arguments.only in (None, "benchmark"):
         measure_benchmark()
@@ -126,6 +183,8 @@ def main():
         measure_memory()
     if arguments.only in (None, "load"):
         measure_load(arguments.seconds)
+    if arguments.only in (None, "reload"):
+        measure_reload(arguments.seconds)
 
 
 if __name__ == "__main__":

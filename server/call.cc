@@ -44,6 +44,8 @@ const char* RpcName(Rpc rpc) {
       return "Rig";
     case Rpc::kGetServerInfo:
       return "GetServerInfo";
+    case Rpc::kReloadModels:
+      return "ReloadModels";
   }
   return "";
 }

@@ -8,22 +8,9 @@
 #include "server/status_map.h"
 
 namespace stance {
+namespace {
 
-std::optional<std::string> OnlyMetadata(const grpc::ServerContextBase& context, const std::string& name) {
-  const auto [first, last] = context.client_metadata().equal_range(name);
-  if (first == last || std::next(first) != last) return std::nullopt;
-  return std::string(first->second.data(), first->second.size());
-}
-
-TraceContext BeginSpan(const grpc::ServerContextBase& context) {
-  const std::optional<std::string> header = OnlyMetadata(context, "traceparent");
-  return BeginSpan(header ? ParseTraceparent(*header) : std::nullopt);
-}
-
-absl::Status CheckAccess(TokenGate& gate, const grpc::ServerContextBase& context, int64_t vertices,
-                         TimePoint now, std::string* client) {
-  const Admission admission = gate.Admit(OnlyMetadata(context, "authorization"), vertices, now);
-  *client = admission.client;
+absl::Status StatusOf(const Admission& admission) {
   const auto over_quota = [&](const char* reason, const char* what) {
     const auto wait = std::chrono::ceil<std::chrono::milliseconds>(admission.retry_after);
     return QuotaError(reason,
@@ -46,6 +33,37 @@ absl::Status CheckAccess(TokenGate& gate, const grpc::ServerContextBase& context
       return over_quota("VERTEX_QUOTA", "vertices");
   }
   return absl::OkStatus();
+}
+
+}  // namespace
+
+std::optional<std::string> OnlyMetadata(const grpc::ServerContextBase& context, const std::string& name) {
+  const auto [first, last] = context.client_metadata().equal_range(name);
+  if (first == last || std::next(first) != last) return std::nullopt;
+  return std::string(first->second.data(), first->second.size());
+}
+
+TraceContext BeginSpan(const grpc::ServerContextBase& context) {
+  const std::optional<std::string> header = OnlyMetadata(context, "traceparent");
+  return BeginSpan(header ? ParseTraceparent(*header) : std::nullopt);
+}
+
+absl::Status CheckAccess(TokenGate& gate, const grpc::ServerContextBase& context, int64_t vertices,
+                         TimePoint now, std::string* client) {
+  const Admission admission = gate.Admit(OnlyMetadata(context, "authorization"), vertices, now);
+  *client = admission.client;
+  return StatusOf(admission);
+}
+
+absl::Status CheckAdmin(TokenGate& gate, const grpc::ServerContextBase& context, TimePoint now,
+                        std::string* client) {
+  const Admission admission = gate.Admit(OnlyMetadata(context, "authorization"), 0, now);
+  *client = admission.client;
+  STANCE_RETURN_IF_ERROR(StatusOf(admission));
+  if (admission.admin) return absl::OkStatus();
+  return WithReason(
+      absl::PermissionDeniedError(fmt::format("client {} may not administer the server", admission.client)),
+      "NOT_ADMIN");
 }
 
 void AddAnswerMetadata(grpc::ServerContextBase& context, const TraceContext& span,

@@ -25,6 +25,11 @@ TraceContext BeginSpan(const grpc::ServerContextBase& context);
 absl::Status CheckAccess(TokenGate& gate, const grpc::ServerContextBase& context, int64_t vertices,
                          TimePoint now, std::string* client);
 
+// The same for a call that administers the server, which only clients that may are let do: otherwise
+// PERMISSION_DENIED (NOT_ADMIN).
+absl::Status CheckAdmin(TokenGate& gate, const grpc::ServerContextBase& context, TimePoint now,
+                        std::string* client);
+
 // What every answer carries in its trailing metadata: `traceresponse`, the call's span in the form of a
 // traceparent, so that a caller without tracing can still name the trace; and how long to wait before the
 // next try if `status` says so (`grpc-retry-pushback-ms`).

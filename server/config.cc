@@ -55,8 +55,12 @@ const std::vector<Option>& Table() {
        "How often the TLS files are looked at for changes, seconds"},
       {"auth.token_file", &C::auth_token_file, 0, 0,
        "TOML file of the clients and their tokens; empty to serve anyone"},
+      {"admin.listen", &C::admin_listen, 0, 0,
+       "HOST:PORT of the service that reloads models; empty for none"},
       {"model.directory", &C::model_directory, 0, 0,
        "Folders of models, or of folders of models; one model of each method"},
+      {"model.versions", &C::model_versions, 0, 0,
+       "Versions to serve in place of the highest: NAME=VERSION, several separated by commas"},
       {"inference.workers", &C::inference_workers, 0, 1024,
        "Batches run at the same time; 0 chooses by the CPU quota"},
       {"inference.threads", &C::inference_threads, 0, 1024,
@@ -132,6 +136,10 @@ absl::Status SetText(ServerConfig& config, const Option& option, const std::stri
   if (key == "batching.client_metadata" && !IsMetadataKey(value)) {
     return BadValue(option, value, "a text metadata key: lower-case letters, digits, '-', '_', '.'");
   }
+  if (key == "model.versions") {
+    const absl::StatusOr<VersionPins> pins = ParseVersionPins(value);
+    if (!pins.ok()) return BadValue(option, value, std::string(pins.status().message()));
+  }
   config.*std::get<std::string ServerConfig::*>(option.field) = value;
   return absl::OkStatus();
 }
@@ -160,10 +168,10 @@ absl::Status SetTextsNode(ServerConfig& config, const Option& option, const toml
   return SetTexts(config, option, std::move(values));
 }
 
-Texts Split(const std::string& text) {
+Texts Split(const std::string& text, char separator) {
   Texts parts(1);
   for (const char c : text) {
-    if (c == kListSeparator) {
+    if (c == separator) {
       parts.emplace_back();
     } else {
       parts.back() += c;
@@ -222,7 +230,33 @@ std::string ValueText(const ServerConfig& config, const Option& option) {
       option.field);
 }
 
+// The whole of 127.0.0.0/8, ::1, and the name that stands for them.
+bool IsLoopback(const std::string& address) {
+  const std::string host = address.substr(0, address.rfind(':'));
+  return host == "localhost" || host == "[::1]" ||
+         (host.starts_with("127.") && host.find_first_not_of("0123456789.") == std::string::npos);
+}
+
 }  // namespace
+
+absl::StatusOr<VersionPins> ParseVersionPins(const std::string& text) {
+  VersionPins pins;
+  if (text.empty()) return pins;
+  for (const std::string& part : Split(text, ',')) {
+    const size_t equals = part.find('=');
+    int64_t version = 0;
+    const char* end = part.data() + part.size();
+    if (equals == 0 || equals == std::string::npos) return absl::InvalidArgumentError("NAME=VERSION,...");
+    const auto [rest, error] = std::from_chars(part.data() + equals + 1, end, version);
+    if (error != std::errc() || rest != end || version < 1) {
+      return absl::InvalidArgumentError("NAME=VERSION,... with whole numbers from 1");
+    }
+    if (!pins.emplace(part.substr(0, equals), version).second) {
+      return absl::InvalidArgumentError("NAME=VERSION,... with each name once");
+    }
+  }
+  return pins;
+}
 
 std::vector<OptionHelp> ConfigOptions() {
   std::vector<OptionHelp> options;
@@ -244,7 +278,7 @@ absl::Status SetOption(ServerConfig& config, const std::string& key, const std::
   if (std::holds_alternative<std::string ServerConfig::*>(option->field))
     return SetText(config, *option, value);
   if (std::holds_alternative<Texts ServerConfig::*>(option->field)) {
-    return SetTexts(config, *option, Split(value));
+    return SetTexts(config, *option, Split(value, kListSeparator));
   }
   if (const auto* flag = std::get_if<bool ServerConfig::*>(&option->field)) {
     if (value != "true" && value != "false") return BadValue(*option, value, "true or false");
@@ -323,6 +357,10 @@ absl::Status FinishConfig(ServerConfig& config, int cpus) {
   }
   if (!config.tls_client_ca.empty() && config.tls_certificate.empty()) {
     return absl::InvalidArgumentError("tls.client_ca: needs tls.certificate and tls.key");
+  }
+  if (!config.admin_listen.empty() && config.auth_token_file.empty() && !IsLoopback(config.admin_listen)) {
+    return absl::InvalidArgumentError(fmt::format(
+        "admin.listen: {} is not of this machine only, which needs auth.token_file", config.admin_listen));
   }
   // One batch gains little from more than four threads; beyond that, batches run side by side.
   constexpr int64_t kThreadsPerBatch = 4;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/status.h"
+#include "core/transfer/model_folders.h"
 
 namespace stance {
 
@@ -28,8 +29,10 @@ struct ServerConfig {
   std::string tls_client_ca;    // PEM file of the authorities of clients' certificates; empty: none asked for
   int64_t tls_reload_seconds = 60;  // how often these files are looked at
   std::string auth_token_file;      // TOML file of clients and their tokens; empty: anyone may call
+  std::string admin_listen;         // HOST:PORT of AdminService; empty: none
   // Folders of models, or of folders of models; one model of each method.
   std::vector<std::string> model_directory = {"models"};
+  std::string model_versions;     // "NAME=VERSION,...": pins; empty: the highest version of each
   int64_t inference_workers = 0;  // batches run at the same time; 0: by the CPU quota
   int64_t inference_threads = 0;  // threads of one batch; 0: the CPU quota / workers
   int64_t batching_max_batch_requests = 8;
@@ -59,6 +62,9 @@ std::vector<OptionHelp> ConfigOptions();
 
 // Between the folders of `model.directory` in the environment and on the command line, as in $PATH.
 inline constexpr char kListSeparator = ':';
+
+// "one=3,two=1" of `model.versions`. INVALID_ARGUMENT for anything else, and for a name that is there twice.
+absl::StatusOr<VersionPins> ParseVersionPins(const std::string& text);
 
 // "server.listen" -> "STANCE_SERVER_LISTEN" and "--server-listen".
 std::string EnvironmentName(const std::string& key);

@@ -234,4 +234,13 @@ v1::Method MethodToWire(Method method) {
   return v1::METHOD_UNSPECIFIED;
 }
 
+void ModelToWire(const ModelInfo& model, v1::Model* wire) {
+  wire->set_name(model.name);
+  wire->set_version(model.version);
+  wire->set_method(MethodToWire(model.method));
+  wire->set_joint_count(static_cast<uint32_t>(model.joint_count));
+  wire->set_parameter_count(static_cast<uint64_t>(model.parameter_count));
+  wire->set_sample_count(static_cast<uint64_t>(model.sample_count));
+}
+
 }  // namespace stance

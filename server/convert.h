@@ -10,6 +10,7 @@
 #include "core/transfer/pipeline.h"
 #include "server/batching/fair_queue.h"
 #include "stance/v1/pose_transfer.pb.h"
+#include "stance/v1/server_info.pb.h"
 
 namespace stance {
 
@@ -62,5 +63,6 @@ void EncodeRig(const RigPlan& plan, const RigResult& result, const Catalog& cata
                v1::RigResponse* response);
 
 v1::Method MethodToWire(Method method);
+void ModelToWire(const ModelInfo& model, v1::Model* wire);
 
 }  // namespace stance

@@ -20,7 +20,8 @@
 namespace stance {
 namespace {
 
-constexpr std::array<const char*, 3> kRpcNames = {"Transfer", "Rig", "GetServerInfo"};
+constexpr std::array<const char*, 4> kRpcNames = {"Transfer", "Rig", "GetServerInfo", "ReloadModels"};
+constexpr std::array<const char*, 3> kReloadNames = {"switched", "unchanged", "failed"};
 constexpr std::array<const char*, 9> kPhaseNames = {"queue", "decode",  "check",  "resample", "network",
                                                     "pose",  "weights", "deform", "encode"};
 constexpr int kCodes = 17;  // OK to UNAUTHENTICATED
@@ -72,7 +73,10 @@ struct Metrics::Impl {
   prometheus::Counter* abandoned;
   prometheus::Family<prometheus::Counter>* token_reloads;
   prometheus::Family<prometheus::Gauge>* token_reload_success;
+  std::array<prometheus::Counter*, kReloadNames.size()> model_reloads;
+  prometheus::Gauge* model_reload_success;
   prometheus::Family<prometheus::Gauge>* models;
+  std::vector<prometheus::Gauge*> loaded;  // of `models`; protected by mutex
   std::string certificate_file;
   prometheus::Gauge* certificate_expiry = nullptr;
   prometheus::Counter* late_starts;
@@ -127,6 +131,12 @@ Metrics::Metrics() : impl_(std::make_unique<Impl>()) {
                                      .Name("stance_token_reload_success")
                                      .Help("Whether the token file was accepted when it was last read")
                                      .Register(registry);
+  auto& model_reloads = counter("stance_model_reloads_total", "Reloads of the models, by result");
+  for (size_t result = 0; result < kReloadNames.size(); ++result) {
+    impl_->model_reloads[result] = &model_reloads.Add({{"result", kReloadNames[result]}});
+  }
+  impl_->model_reload_success = gauge("stance_model_reload_success", "Whether the last reload did not fail");
+  impl_->model_reload_success->Set(1);
   impl_->models = &prometheus::BuildGauge()
                        .Name("stance_model_info")
                        .Help("1 for each loaded model, with its name, version and method")
@@ -172,8 +182,19 @@ void Metrics::CountTokenReload(bool accepted) {
   impl_->token_reload_success->Add({}).Set(accepted ? 1 : 0);
 }
 
-void Metrics::AddModel(const std::string& name, const std::string& version, const std::string& method) {
-  impl_->models->Add({{"name", name}, {"version", version}, {"method", method}}).Set(1);
+void Metrics::CountModelReload(ModelReload result) {
+  impl_->model_reloads[static_cast<size_t>(result)]->Increment();
+  impl_->model_reload_success->Set(result == ModelReload::kFailed ? 0 : 1);
+}
+
+void Metrics::SetModels(const std::vector<ModelLabels>& models) {
+  std::lock_guard<std::mutex> guard(impl_->mutex);
+  for (prometheus::Gauge* gauge : std::exchange(impl_->loaded, {})) impl_->models->Remove(gauge);
+  for (const ModelLabels& model : models) {
+    impl_->loaded.push_back(
+        &impl_->models->Add({{"name", model.name}, {"version", model.version}, {"method", model.method}}));
+    impl_->loaded.back()->Set(1);
+  }
 }
 
 void Metrics::SetCertificateFile(const std::string& path) {

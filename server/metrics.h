@@ -13,10 +13,20 @@
 namespace stance {
 
 // One RPC method, as a label.
-enum class Rpc { kTransfer, kRig, kGetServerInfo };
+enum class Rpc { kTransfer, kRig, kGetServerInfo, kReloadModels };
 
 // Where the time of a request goes.
 enum class Phase { kQueue, kDecode, kCheck, kResample, kNetwork, kPose, kWeights, kDeform, kEncode };
+
+// How a reload of the models ended.
+enum class ModelReload { kSwitched, kUnchanged, kFailed };
+
+// A loaded model.
+struct ModelLabels {
+  std::string name;
+  std::string version;
+  std::string method;
+};
 
 // The queue as it stands; read at each scrape.
 struct QueueGauges {
@@ -47,8 +57,10 @@ class Metrics {
   // A reading of the token file, at the start too; false if it was refused.
   void CountTokenReload(bool accepted);
 
-  // A loaded model. To be called before the first page.
-  void AddModel(const std::string& name, const std::string& version, const std::string& method);
+  void CountModelReload(ModelReload result);
+
+  // The models that are loaded now, in place of those before.
+  void SetModels(const std::vector<ModelLabels>& models);
   // The file of the server's certificate, read at each scrape for its expiry. To be called before the first
   // page.
   void SetCertificateFile(const std::string& path);

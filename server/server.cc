@@ -5,14 +5,17 @@
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 
-#include <filesystem>
+#include <future>
+#include <initializer_list>
 #include <mutex>
 #include <thread>
 #include <vector>
 
-#include "core/transfer/pipeline.h"
 #include "proto/wire/mesh_wire.h"
+#include "server/admin_service.h"
 #include "server/log.h"
+#include "server/model_repository.h"
+#include "server/model_source.h"
 #include "server/pose_transfer_calls.h"
 #include "server/services.h"
 #include "server/tls.h"
@@ -55,20 +58,10 @@ BatcherOptions BatchingOf(const ServerConfig& config) {
           .refuse_unmeetable = config.batching_refuse_unmeetable};
 }
 
-v1::GetServerInfoResponse InfoOf(const ServerConfig& config, const Catalog& catalog) {
+// Without the models.
+v1::GetServerInfoResponse InfoOf(const ServerConfig& config) {
   v1::GetServerInfoResponse info;
   info.set_version(kVersion);
-  for (const ModelInfo& model : catalog.models) {
-    v1::Model* wire = info.add_models();
-    wire->set_name(model.name);
-    wire->set_version(model.version);
-    wire->set_method(MethodToWire(model.method));
-    info.add_methods(wire->method());
-    wire->set_joint_count(static_cast<uint32_t>(model.joint_count));
-    wire->set_parameter_count(static_cast<uint64_t>(model.parameter_count));
-    wire->set_sample_count(static_cast<uint64_t>(model.sample_count));
-  }
-  info.set_default_method(info.models(0).method());
   for (MeshFormat format :
        {MeshFormat::kObj, MeshFormat::kPly, MeshFormat::kOff, MeshFormat::kStl, MeshFormat::kGlb}) {
     info.add_formats(MeshFormatToWire(format));
@@ -89,22 +82,24 @@ v1::GetServerInfoResponse InfoOf(const ServerConfig& config, const Catalog& cata
 
 class AssembledServer : public Server {
  public:
-  AssembledServer(const ServerConfig& config, std::unique_ptr<Pipeline> pipeline)
+  AssembledServer(const ServerConfig& config, std::unique_ptr<ModelSource> source, LoadedModels first)
       : config_(config),
-        pipeline_(std::move(pipeline)),
-        catalog_{pipeline_->models(),
-                 pipeline_->skeleton(),
+        catalog_{first.pipeline->models(),
+                 first.pipeline->skeleton(),
                  {config.limits_max_vertices, config.limits_max_faces}},
+        models_(std::move(source), std::move(first), metrics_),
         runner_(
             BatchingOf(config),
-            [this](std::span<CallRunner::Item> batch) { RunCalls(*pipeline_, metrics_, RealClock(), batch); },
+            [this](std::span<CallRunner::Item> batch) {
+              // Held until the batch is done, whatever is loaded meanwhile.
+              const std::shared_ptr<const Pipeline> pipeline = models_.current();
+              RunCalls(*pipeline, metrics_, RealClock(), batch);
+            },
             RealClock(), [this] { WarmUp(); }),
         serving_{metrics_, runner_, RealClock(), active_, gate_, costs_, config.batching_client_metadata},
         pose_transfer_(serving_, catalog_),
-        server_info_(InfoOf(config, catalog_), serving_) {
-    for (const ModelInfo& model : catalog_.models) {
-      metrics_.AddModel(model.name, model.version, std::string(MethodName(model.method)));
-    }
+        server_info_(InfoOf(config), models_, serving_),
+        admin_(models_, gate_, metrics_) {
     if (!config_.tls_certificate.empty()) {
       metrics_.SetCertificateFile(config_.tls_certificate);
     }
@@ -120,6 +115,7 @@ class AssembledServer : public Server {
 
   ~AssembledServer() override {
     if (server_ != nullptr) Drain();
+    CloseAdmin();
     metrics_.SetQueueSource(nullptr);
   }
 
@@ -135,28 +131,25 @@ class AssembledServer : public Server {
     }
     grpc::EnableDefaultHealthCheckService(true);
     if (config_.server_reflection) grpc::reflection::InitProtoReflectionServerBuilderPlugin();
-    grpc::ServerBuilder builder;
-    int port = 0;
-    builder.AddListeningPort(config_.server_listen, credentials, &port);
-    builder.RegisterService(&pose_transfer_);
-    builder.RegisterService(&server_info_);
-    Configure(builder);
-    server_ = builder.BuildAndStart();
-    if (server_ == nullptr || port == 0) {
-      server_.reset();
-      return absl::UnavailableError(fmt::format("server.listen: {} can't be bound", config_.server_listen));
+    // First, as nothing is accepted yet that would have to be finished if the other can't be bound.
+    if (!config_.admin_listen.empty()) {
+      STANCE_ASSIGN_OR_RETURN(
+          admin_server_, Bind("admin.listen", config_.admin_listen, credentials, {&admin_}, &admin_address_));
     }
-    address_ = WithPort(config_.server_listen, port);
+    STANCE_ASSIGN_OR_RETURN(server_, Bind("server.listen", config_.server_listen, credentials,
+                                          {&pose_transfer_, &server_info_}, &address_));
     SetServing(true);
     return absl::OkStatus();
   }
 
   void Reload() override {
     if (tokens_ != nullptr) tokens_->Reload();
+    models_.Reload([](const absl::StatusOr<bool>&) {});  // it has logged what came of it
   }
 
   std::string address() const override { return address_; }
   std::string metrics_address() const override { return metrics_address_; }
+  std::string admin_address() const override { return admin_address_; }
 
   bool Drain() override {
     SetServing(false);
@@ -169,6 +162,7 @@ class AssembledServer : public Server {
     const bool sent = active_.AwaitNone(std::max(deadline, RealClock().Now() + kWatcherGrace));
     server_->Shutdown(std::chrono::system_clock::now() + kWatcherGrace);
     server_.reset();
+    CloseAdmin();
     return complete && sent;
   }
 
@@ -187,9 +181,32 @@ class AssembledServer : public Server {
 
   // On each worker, before it takes requests.
   void WarmUp() {
-    const absl::Status status = pipeline_->WarmUp();
+    const absl::Status status = models_.current()->WarmUp();
     const std::lock_guard<std::mutex> guard(warm_up_mutex_);
     warm_up_.Update(status);
+  }
+
+  absl::StatusOr<std::unique_ptr<grpc::Server>> Bind(
+      const char* option, const std::string& listen,
+      const std::shared_ptr<grpc::ServerCredentials>& credentials,
+      std::initializer_list<grpc::Service*> services, std::string* address) const {
+    grpc::ServerBuilder builder;
+    int port = 0;
+    builder.AddListeningPort(listen, credentials, &port);
+    for (grpc::Service* service : services) builder.RegisterService(service);
+    Configure(builder);
+    std::unique_ptr<grpc::Server> server = builder.BuildAndStart();
+    if (server == nullptr || port == 0) {
+      return absl::UnavailableError(fmt::format("{}: {} can't be bound", option, listen));
+    }
+    *address = WithPort(listen, port);
+    return server;
+  }
+
+  void CloseAdmin() {
+    models_.Close();  // gives every call its answer
+    if (admin_server_ != nullptr) admin_server_->Shutdown(std::chrono::system_clock::now() + kWatcherGrace);
+    admin_server_.reset();
   }
 
   void Configure(grpc::ServerBuilder& builder) const {
@@ -221,11 +238,11 @@ class AssembledServer : public Server {
   }
 
   const ServerConfig config_;
-  const std::unique_ptr<Pipeline> pipeline_;
   std::mutex warm_up_mutex_;
-  absl::Status warm_up_;  // the first failure; protected by warm_up_mutex_ while the workers start
-  const Catalog catalog_;
+  absl::Status warm_up_;   // the first failure; protected by warm_up_mutex_ while the workers start
+  const Catalog catalog_;  // of the first models; the repository keeps names and methods
   Metrics metrics_;
+  ModelRepository models_;
   ActiveCalls active_;
   CostEstimator costs_;
   TokenGate gate_;
@@ -234,26 +251,29 @@ class AssembledServer : public Server {
   const Serving serving_;
   PoseTransferServiceImpl pose_transfer_;
   ServerInfoServiceImpl server_info_;
+  AdminServiceImpl admin_;
+  std::unique_ptr<grpc::Server> admin_server_;
   std::unique_ptr<grpc::Server> server_;  // destroyed first: its calls use everything above
   std::string address_;
+  std::string admin_address_;
   std::string metrics_address_;
 };
 
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerConfig& config) {
-  const std::vector<std::filesystem::path> folders(config.model_directory.begin(),
-                                                   config.model_directory.end());
-  absl::StatusOr<std::unique_ptr<Pipeline>> pipeline =
-      Pipeline::Load(folders, {.threads = static_cast<int>(config.inference_threads)});
-  if (!pipeline.ok()) return Prefixed("model.directory: ", pipeline.status());
+  std::unique_ptr<ModelSource> source = MakeFolderSource(config);
+  // On a thread that ends with it: a thread that has run a network keeps OpenMP's team.
+  absl::StatusOr<LoadedModels> first = std::async(std::launch::async, [&] { return source->Load(""); }).get();
+  if (!first.ok()) return Prefixed("model.directory: ", first.status());
   std::vector<std::string> models;
-  for (const ModelInfo& model : (*pipeline)->models()) models.push_back(model.name);
-  auto server = std::make_unique<AssembledServer>(config, *std::move(pipeline));
+  for (const ModelInfo& model : first->pipeline->models()) models.push_back(model.name);
+  auto server = std::make_unique<AssembledServer>(config, std::move(source), *std::move(first));
   STANCE_RETURN_IF_ERROR(server->Listen());
   Log(LogLevel::kInfo, "serving",
       {{"address", server->address()},
        {"metrics", server->metrics_address()},
+       {"admin", server->admin_address()},
        {"tls", std::string(TlsMode(config))},
        {"version", std::string(kVersion)},
        {"models", fmt::format("{}", fmt::join(models, ", "))},

@@ -24,11 +24,15 @@ class Server {
   // The same for the metrics page; empty if there is none.
   virtual std::string metrics_address() const = 0;
 
-  // Reads the tokens again, as they are whenever their file changes.
+  // The same for AdminService; empty if there is none.
+  virtual std::string admin_address() const = 0;
+
+  // Reads the tokens again, as they are whenever their file changes, and begins to load the models again.
   virtual void Reload() = 0;
 
   // Reports NOT_SERVING, serves on for the lame-duck time, refuses new requests, finishes every accepted one,
-  // and closes. Returns after lame_duck_seconds + drain_timeout_seconds + the longest batch at the latest;
+  // and closes. Returns after lame_duck_seconds + drain_timeout_seconds + the longest batch + a reload that
+  // runs at the latest, whatever the clients do;
   // true if no accepted request was given up. To be called at most once.
   virtual bool Drain() = 0;
 };

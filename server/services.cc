@@ -33,6 +33,11 @@ grpc::ServerUnaryReactor* ServerInfoServiceImpl::GetServerInfo(grpc::CallbackSer
   const absl::Status status = CheckAccess(serving_.gate, *context, 0, serving_.clock.Now(), &client);
   if (status.ok()) {
     *response = info_;
+    for (const ModelInfo& model : models_.current()->models()) {
+      ModelToWire(model, response->add_models());
+      response->add_methods(MethodToWire(model.method));
+    }
+    response->set_default_method(response->methods(0));
   } else {
     serving_.metrics.CountRejection(ReasonOf(status));
   }

@@ -3,6 +3,7 @@
 
 #include "server/call.h"
 #include "server/convert.h"
+#include "server/model_repository.h"
 #include "stance/v1/pose_transfer.grpc.pb.h"
 #include "stance/v1/server_info.grpc.pb.h"
 
@@ -24,11 +25,12 @@ class PoseTransferServiceImpl final : public v1::PoseTransferService::CallbackSe
   const Catalog& catalog_;
 };
 
-// Answers with the same message every time. Thread-safe.
+// Answers with the same message every time, but for the models. Thread-safe. What it refers to outlives it.
 class ServerInfoServiceImpl final : public v1::ServerInfoService::CallbackService {
  public:
-  ServerInfoServiceImpl(v1::GetServerInfoResponse info, const Serving& serving)
-      : info_(std::move(info)), serving_(serving) {}
+  // `info`: without models and their methods.
+  ServerInfoServiceImpl(v1::GetServerInfoResponse info, const ModelRepository& models, const Serving& serving)
+      : info_(std::move(info)), models_(models), serving_(serving) {}
 
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* context,
                                           const v1::GetServerInfoRequest* request,
@@ -36,6 +38,7 @@ class ServerInfoServiceImpl final : public v1::ServerInfoService::CallbackServic
 
  private:
   const v1::GetServerInfoResponse info_;
+  const ModelRepository& models_;
   const Serving serving_;
 };
 

@@ -42,7 +42,7 @@ EXTERNAL = [
     ("gRPC", r"(grpcpp?|grpc\+\+)/|.*\.grpc\.pb\.h$", SERVICE, False),
     ("protobuf", r"google/(protobuf|rpc)/|.*\.pb\.h$", SERVICE, False),
     ("the server's libraries", r"(spdlog|prometheus|toml\+\+)/", {"server", "tests"}, False),
-    ("OpenSSL", r"openssl/", {"server", "tests"}, True),
+    ("OpenSSL", r"openssl/", {"core/base", "server", "tests"}, True),
     ("OpenMesh", r"OpenMesh/", {"core", "tests"}, True),
     ("a file-format library", r"(stb/)?stb_|tiny_?gltf|assimp/|zlib\.h$", {"core", "tests"}, True),
     ("nanoflann", r"nanoflann\.hpp$", {"core", "tests"}, True),

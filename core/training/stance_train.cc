@@ -5,18 +5,22 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/base/allocator.h"
 #include "core/mesh/mesh_io.h"
+#include "core/mesh/weld.h"
 #include "core/network/neural_model.h"
 #include "core/network/pose_model.h"
 #include "core/network/product.h"
 #include "core/network/skeletal_model.h"
 #include "core/training/character_generator.h"
+#include "core/training/decimation.h"
 #include "core/training/trainer.h"
+#include "core/transfer/self_test.h"
 
 namespace {
 
@@ -61,6 +65,28 @@ absl::Status WriteUntrained(const std::string& out, uint64_t seed, const stance:
   if (manifest.method == stance::kNeuralMethod)
     return stance::NeuralModel::WriteUntrained(out, seed, manifest);
   return stance::SkeletalModel::WriteUntrained(out, seed, manifest);
+}
+
+// Coarse enough for a file of some 40 KB.
+constexpr int kSelfTestVertices = 700;
+
+absl::Status WriteSelfTest(const std::string& model, const std::string& path) {
+  STANCE_ASSIGN_OR_RETURN(const stance::TriangleMesh mesh, stance::ReadMesh(path));
+  const stance::TriangleMesh welded = stance::WeldVertices(mesh).mesh;
+  const auto coarse = stance::BuildLevels(welded.positions, welded.faces, {kSelfTestVertices}).back();
+  stance::TriangleMesh sample;
+  sample.positions = welded.positions(coarse.vertices, Eigen::all);
+  sample.faces = coarse.faces;
+  return stance::WriteSelfTest(model, sample);
+}
+
+// With a self-test if there is a mesh for it; without, one of former weights would refuse the model.
+absl::Status Export(const std::string& work, const std::string& out, const stance::ModelManifest& manifest,
+                    const std::string& mesh) {
+  std::error_code ignored;
+  std::filesystem::remove(std::filesystem::path(out) / stance::kSelfTestFile, ignored);
+  STANCE_RETURN_IF_ERROR(stance::ExportModel(work, out, manifest));
+  return mesh.empty() ? absl::OkStatus() : WriteSelfTest(out, mesh);
 }
 
 // The stage of that name; of the method, too, unless that is empty.
@@ -188,6 +214,12 @@ int main(int argc, char** argv) {
   save->add_option("--name", exported.name, "The model's name [the method's with -human24]");
   save->add_option("--model-version", exported.version, "The model's version")->capture_default_str();
 
+  std::string model, mesh;
+  save->add_option("--self-test", mesh, "A character's mesh file to make a self-test of");
+  auto* self_test = app.add_subcommand("self-test", "Store a sample and the model's answer with the model");
+  self_test->add_option("--model", model, "The model's own folder")->required();
+  self_test->add_option("--mesh", mesh, "A character's mesh file; a coarse copy is stored")->required();
+
   CLI11_PARSE(app, argc, argv);
 
   if (*pack) {
@@ -197,7 +229,8 @@ int main(int argc, char** argv) {
     return Finish(WriteUntrained(out, seed, manifest));
   }
   if (exported.name.empty()) exported.name = exported.method + "-human24";
-  if (*save) return Finish(stance::ExportModel(work, out, exported));
+  if (*self_test) return Finish(WriteSelfTest(model, mesh));
+  if (*save) return Finish(Export(work, out, exported, mesh));
   if (*character) {
     auto generator = CharacterGenerator::FromPack(data);
     return Finish(generator.ok()

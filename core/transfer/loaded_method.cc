@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <system_error>
 #include <utility>
 
+#include "core/network/model_digests.h"
 #include "core/network/model_manifest.h"
 #include "core/network/neural_model.h"
 #include "core/network/pose_model.h"
@@ -13,6 +13,7 @@
 #include "core/transfer/bone_rotation_solver.h"
 #include "core/transfer/diffusion_smoother.h"
 #include "core/transfer/learned_rotation_solver.h"
+#include "core/transfer/model_folders.h"
 #include "core/transfer/neural_deformer.h"
 #include "core/transfer/neural_rigger.h"
 #include "core/transfer/pose_rigger.h"
@@ -90,29 +91,12 @@ class NeuralMethod : public LoadedMethod {
   const NeuralDeformer deformer_;
 };
 
-bool HoldsModel(const std::filesystem::path& folder) {
-  std::error_code error;
-  return std::filesystem::exists(folder / "manifest.json", error);
-}
-
-// The models' own folders that `folder` stands for, by name: itself, or those in it. Itself also where there
-// is none, for its error.
-std::vector<std::filesystem::path> ModelFolders(const std::filesystem::path& folder) {
-  if (HoldsModel(folder)) return {folder};
-  std::vector<std::filesystem::path> found;
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-    if (HoldsModel(entry.path())) found.push_back(entry.path());
-  }
-  std::sort(found.begin(), found.end());
-  return found.empty() ? std::vector{folder} : found;
-}
-
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<LoadedMethod>> LoadedMethod::Load(const std::filesystem::path& model_dir,
                                                                  const PipelineOptions& options) {
   STANCE_ASSIGN_OR_RETURN(const ModelManifest manifest, ReadManifest(model_dir));
+  STANCE_RETURN_IF_ERROR(CheckDigests(model_dir));
   if (options.full_resolution && manifest.method != kSkeletalMethod) {
     return absl::InvalidArgumentError(
         fmt::format("full_resolution: the method '{}' has none", manifest.method));
@@ -131,24 +115,22 @@ absl::StatusOr<std::unique_ptr<LoadedMethod>> LoadedMethod::Load(const std::file
 
 absl::StatusOr<std::vector<std::unique_ptr<LoadedMethod>>> LoadMethods(
     const std::vector<std::filesystem::path>& folders, const PipelineOptions& options) {
+  STANCE_ASSIGN_OR_RETURN(const ModelFolders found, FindModelFolders(folders));
   std::vector<std::unique_ptr<LoadedMethod>> methods;
-  for (const std::filesystem::path& folder : folders) {
-    for (const std::filesystem::path& model_dir : ModelFolders(folder)) {
-      STANCE_ASSIGN_OR_RETURN(std::unique_ptr<LoadedMethod> method, LoadedMethod::Load(model_dir, options));
-      for (const auto& other : methods) {
-        const ModelInfo &one = other->info(), &two = method->info();
-        if (one.method == two.method) {
-          return absl::InvalidArgumentError(fmt::format("{}: a second model of the method '{}', besides '{}'",
-                                                        model_dir.string(), MethodName(two.method),
-                                                        one.name));
-        }
-        if (one.name == two.name) {
-          return absl::InvalidArgumentError(
-              fmt::format("{}: a second model of the name '{}'", model_dir.string(), two.name));
-        }
+  for (const std::filesystem::path& model_dir : found.models) {
+    STANCE_ASSIGN_OR_RETURN(std::unique_ptr<LoadedMethod> method, LoadedMethod::Load(model_dir, options));
+    for (const auto& other : methods) {
+      const ModelInfo &one = other->info(), &two = method->info();
+      if (one.method == two.method) {
+        return absl::InvalidArgumentError(fmt::format("{}: a second model of the method '{}', besides '{}'",
+                                                      model_dir.string(), MethodName(two.method), one.name));
       }
-      methods.push_back(std::move(method));
+      if (one.name == two.name) {
+        return absl::InvalidArgumentError(
+            fmt::format("{}: a second model of the name '{}'", model_dir.string(), two.name));
+      }
     }
+    methods.push_back(std::move(method));
   }
   if (methods.empty()) return absl::InvalidArgumentError("no model's folder is named");
   std::stable_partition(methods.begin(), methods.end(),

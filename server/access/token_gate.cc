@@ -60,15 +60,17 @@ Admission TokenGate::Admit(const std::optional<std::string>& authorization, int6
   const Sha256Digest digest = Sha256(token.value_or(""));
   std::lock_guard<std::mutex> guard(mutex_);
   if (open_) return {};
-  if (!token) return {.verdict = Verdict::kNoToken, .client = "", .retry_after = {}};
+  if (!token) return {.verdict = Verdict::kNoToken, .client = "", .admin = false, .retry_after = {}};
   Account* const account = FindLocked(digest);
-  if (account == nullptr) return {.verdict = Verdict::kUnknownToken, .client = "", .retry_after = {}};
+  if (account == nullptr)
+    return {.verdict = Verdict::kUnknownToken, .client = "", .admin = false, .retry_after = {}};
   const auto size = static_cast<double>(vertices);
   const Duration for_requests = WaitFor(account->requests, 1, now);
   // What has none waits for none, whoever has had more than a second's worth before.
   const Duration for_vertices = vertices > 0 ? WaitFor(account->vertices, size, now) : Duration::zero();
   Admission admission;
   admission.client = account->client.name;
+  admission.admin = account->client.admin;
   admission.retry_after = std::max(for_requests, for_vertices);
   if (admission.retry_after > Duration::zero()) {
     admission.verdict = for_requests >= for_vertices ? Verdict::kRequests : Verdict::kVertices;

@@ -23,6 +23,7 @@ struct Admission {
   };
   Verdict verdict = Verdict::kAdmitted;
   std::string client;      // its name; empty if it is not known
+  bool admin = true;       // may administer, as anyone may where there are no tokens
   Duration retry_after{};  // over quota: when the same call would be admitted
 };
 

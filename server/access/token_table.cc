@@ -1,7 +1,6 @@
 #include "server/access/token_table.h"
 
 #include <fmt/format.h>
-#include <openssl/sha.h>
 #include <toml++/toml.h>
 
 #include <algorithm>
@@ -84,6 +83,9 @@ absl::StatusOr<TokenClient> ClientOf(const std::string& name, const toml::node& 
       STANCE_ASSIGN_OR_RETURN(client.requests_per_second, RateOf(value, key));
     } else if (entry.str() == "vertices_per_second") {
       STANCE_ASSIGN_OR_RETURN(client.vertices_per_second, RateOf(value, key));
+    } else if (entry.str() == "admin") {
+      if (!value.is_boolean()) return Bad(key, "true or false");
+      client.admin = value.as_boolean()->get();
     } else {
       return absl::InvalidArgumentError(fmt::format("{}: an unknown key", prefix));
     }
@@ -93,12 +95,6 @@ absl::StatusOr<TokenClient> ClientOf(const std::string& name, const toml::node& 
 }
 
 }  // namespace
-
-Sha256Digest Sha256(const std::string& bytes) {
-  Sha256Digest digest;
-  SHA256(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), digest.data());
-  return digest;
-}
 
 absl::StatusOr<std::vector<TokenClient>> ParseTokenTable(const std::string& text) {
   toml::table document;

@@ -45,8 +45,9 @@ std::string GetMetrics(const std::string& address) {
 
 }  // namespace
 
-std::unique_ptr<MeasuredServer> MeasuredServer::Start(const std::vector<std::string>& arguments) {
-  std::unique_ptr<MeasuredServer> server(new MeasuredServer(arguments));
+std::unique_ptr<MeasuredServer> MeasuredServer::Start(const std::vector<std::string>& arguments,
+                                                      const std::string& model) {
+  std::unique_ptr<MeasuredServer> server(new MeasuredServer(arguments, model));
   if (server->address().empty()) return nullptr;
   return server;
 }

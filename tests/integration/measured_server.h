@@ -12,7 +12,8 @@ namespace stance::testing {
 class MeasuredServer : public ServerProcess {
  public:
   // Null, with a test failure, if the server did not start.
-  static std::unique_ptr<MeasuredServer> Start(const std::vector<std::string>& arguments = {});
+  static std::unique_ptr<MeasuredServer> Start(const std::vector<std::string>& arguments = {},
+                                               const std::string& model = STANCE_UNTRAINED_MODEL);
 
   // The value of one line of /metrics, e.g. `stance_running_requests`; -1 if there is none.
   double Metric(const std::string& name) const;

@@ -15,11 +15,11 @@
 #include <vector>
 
 #include "core/base/files.h"
+#include "core/base/sha256.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 #include "grpc/health/v1/health.grpc.pb.h"
 #include "proto/wire/mesh_wire.h"
-#include "server/access/token_table.h"
 #include "stance/v1/pose_transfer.grpc.pb.h"
 #include "stance/v1/server_info.grpc.pb.h"
 #include "tests/integration/measured_server.h"
@@ -232,17 +232,8 @@ TEST_F(SecurityTest, TlsFilesThatCannotServeAreRefusedAtTheStart) {
 
 // --- Tokens.
 
-std::string HexDigest(const std::string& token) {
-  std::string text;
-  for (const uint8_t byte : Sha256(token)) {
-    text += "0123456789abcdef"[byte >> 4];
-    text += "0123456789abcdef"[byte & 15];
-  }
-  return text;
-}
-
 std::string ClientTable(const std::string& name, const std::string& token, const std::string& more = "") {
-  return "[clients." + name + "]\ntoken_sha256 = \"" + HexDigest(token) + "\"\n" + more;
+  return "[clients." + name + "]\ntoken_sha256 = \"" + ToHex(Sha256(token)) + "\"\n" + more;
 }
 
 class TokenTest : public SecurityTest {
@@ -379,7 +370,7 @@ TEST_F(TokenTest, NoSecretIsLogged) {
   EXPECT_THAT(server->Log(), HasSubstr("TOKEN_UNKNOWN"));
   for (const std::string token : {"right-token", "wrong-token"}) {
     EXPECT_THAT(server->Log(), Not(HasSubstr(token)));
-    EXPECT_THAT(server->Log(), Not(HasSubstr(HexDigest(token).substr(0, 16))));
+    EXPECT_THAT(server->Log(), Not(HasSubstr(ToHex(Sha256(token)).substr(0, 16))));
   }
 }
 

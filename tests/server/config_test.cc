@@ -109,6 +109,33 @@ TEST(ConfigTest, ModelFoldersAreAListInEachSpelling) {
   EXPECT_THAT(ErrorOf(SetOption(config, "model.directory", "")), StartsWith("model.directory: ''"));
 }
 
+TEST(ConfigTest, VersionsArePinnedByName) {
+  ServerConfig config;
+  ASSERT_TRUE(ApplyToml(config, "[model]\nversions = \"one=3,two=12\"\n").ok());
+  EXPECT_THAT(ParseVersionPins(config.model_versions).value(),
+              ElementsAre(std::pair("one", 3), std::pair("two", 12)));
+  EXPECT_TRUE(ParseVersionPins("").value().empty());
+  for (const char* wrong : {"one", "=3", "one=", "one=0", "one=-1", "one=2.5", "one=1,", "one=1,one=2"}) {
+    EXPECT_THAT(ErrorOf(SetOption(config, "model.versions", wrong)),
+                StartsWith("model.versions: '" + std::string(wrong) + "' is not NAME=VERSION"));
+  }
+}
+
+TEST(ConfigTest, AdministrationFromElsewhereNeedsTokens) {
+  for (const char* here : {"", "127.0.0.1:1", "localhost:1", "[::1]:1"}) {
+    ServerConfig config;
+    config.admin_listen = here;
+    EXPECT_TRUE(FinishConfig(config, 1).ok()) << here;
+  }
+  for (const char* anywhere : {"0.0.0.0:1", "[::]:1", "example.org:1", "127.example.org:1"}) {
+    ServerConfig config;
+    config.admin_listen = anywhere;
+    EXPECT_THAT(ErrorOf(FinishConfig(config, 1)), StartsWith("admin.listen: " + std::string(anywhere)));
+    config.auth_token_file = "tokens.toml";
+    EXPECT_TRUE(FinishConfig(config, 1).ok()) << anywhere;
+  }
+}
+
 TEST(ConfigTest, TheEnvironmentSpellsKeysInCapitals) {
   EXPECT_EQ(EnvironmentName("server.max_message_bytes"), "STANCE_SERVER_MAX_MESSAGE_BYTES");
   EXPECT_EQ(FlagName("server.max_message_bytes"), "--server-max-message-bytes");

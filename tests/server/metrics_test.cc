@@ -38,17 +38,35 @@ TEST(MetricsTest, TellsModelsProcessAndReloads) {
   Metrics metrics;
   EXPECT_THAT(metrics.Page(), Not(HasSubstr("stance_token_reload_success")));
   EXPECT_THAT(metrics.Page(), Not(HasSubstr("stance_tls_certificate_expiry_seconds")));
-  metrics.AddModel("pose", "1.2", "stance");
+  metrics.SetModels({{"pose", "1.1", "stance"}, {"other", "7", "skeletal"}});
+  metrics.SetModels({{"pose", "1.2", "stance"}});
   metrics.CountTokenReload(true);
   metrics.CountTokenReload(false);
   metrics.SetCertificateFile("/nonexistent");
   const std::string page = metrics.Page();
   EXPECT_THAT(page, HasSubstr("stance_model_info{method=\"stance\",name=\"pose\",version=\"1.2\"} 1"));
+  EXPECT_THAT(page, Not(HasSubstr("version=\"1.1\"")));
+  EXPECT_THAT(page, Not(HasSubstr("name=\"other\"")));
   EXPECT_THAT(page, HasSubstr("stance_token_reloads_total{result=\"accepted\"} 1"));
   EXPECT_THAT(page, HasSubstr("stance_token_reloads_total{result=\"refused\"} 1"));
   EXPECT_THAT(page, HasSubstr("stance_token_reload_success 0"));
   EXPECT_THAT(page, HasSubstr("stance_tls_certificate_expiry_seconds 0"));
   EXPECT_THAT(page, HasSubstr("process_resident_memory_bytes "));
+}
+
+TEST(MetricsTest, CountsModelReloadsByResult) {
+  Metrics metrics;
+  EXPECT_THAT(metrics.Page(), HasSubstr("stance_model_reload_success 1"));
+  metrics.CountModelReload(ModelReload::kSwitched);
+  metrics.CountModelReload(ModelReload::kUnchanged);
+  metrics.CountModelReload(ModelReload::kFailed);
+  const std::string page = metrics.Page();
+  for (const char* result : {"switched", "unchanged", "failed"}) {
+    EXPECT_THAT(page, HasSubstr("stance_model_reloads_total{result=\"" + std::string(result) + "\"} 1"));
+  }
+  EXPECT_THAT(page, HasSubstr("stance_model_reload_success 0"));
+  metrics.CountModelReload(ModelReload::kUnchanged);
+  EXPECT_THAT(metrics.Page(), HasSubstr("stance_model_reload_success 1"));
 }
 
 TEST(MetricsTest, ReadsTheQueueAtEachScrape) {

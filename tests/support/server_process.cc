@@ -11,7 +11,7 @@
 
 namespace stance::testing {
 
-ServerProcess::ServerProcess(const std::vector<std::string>& arguments) {
+ServerProcess::ServerProcess(const std::vector<std::string>& arguments, const std::string& model) {
   static int count = 0;
   log_file_ = ::testing::TempDir() + "stance-server-" + std::to_string(getpid()) + "-" +
               std::to_string(++count) + ".log";
@@ -22,7 +22,7 @@ ServerProcess::ServerProcess(const std::vector<std::string>& arguments) {
                                       "--metrics-listen",
                                       "127.0.0.1:0",
                                       "--model",
-                                      STANCE_UNTRAINED_MODEL,
+                                      model,
                                       "--server-lame-duck-seconds",
                                       "0"};
   command.insert(command.end(), arguments.begin(), arguments.end());

@@ -39,6 +39,18 @@ TEST(TokenGateTest, KnowsAClientByItsTokens) {
   EXPECT_EQ(gate.Admit("BEARER gamma", 1, kStart).client, "lab");
 }
 
+TEST(TokenGateTest, TellsWhoMayAdminister) {
+  TokenGate gate;
+  EXPECT_TRUE(gate.Admit(std::nullopt, 0, kStart).admin) << "there are no tokens";
+  std::vector<TokenClient> clients = {Client("studio", {"alpha"}), Client("ops", {"beta"})};
+  clients[1].admin = true;
+  gate.Replace(clients);
+  EXPECT_FALSE(gate.Admit("Bearer alpha", 0, kStart).admin);
+  EXPECT_TRUE(gate.Admit("Bearer beta", 0, kStart).admin);
+  EXPECT_FALSE(gate.Admit("Bearer gamma", 0, kStart).admin);
+  EXPECT_FALSE(gate.Admit(std::nullopt, 0, kStart).admin);
+}
+
 TEST(TokenGateTest, RefusesEverythingElse) {
   TokenGate gate;
   gate.Replace({Client("studio", {"alpha"})});

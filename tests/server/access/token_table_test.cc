@@ -20,7 +20,7 @@ TEST(TokenTableTest, ReadsClients) {
   const auto clients =
       ParseTokenTable(Table(Digest(kAbc)) +
                       "requests_per_second = 10\nvertices_per_second = 2.5e6\n"
-                      "[clients.night-shift_2]\ntoken_sha256 = [\"" +
+                      "admin = true\n[clients.night-shift_2]\ntoken_sha256 = [\"" +
                       std::string(kLong) + std::string("\", \"") + std::string(64, 'A') + "\"]\n");
   ASSERT_TRUE(clients.ok()) << clients.status();
   ASSERT_EQ(clients->size(), 2u);
@@ -31,6 +31,8 @@ TEST(TokenTableTest, ReadsClients) {
   EXPECT_EQ(studio.tokens[0], Sha256("abc"));
   EXPECT_EQ(studio.requests_per_second, 10.0);
   EXPECT_EQ(studio.vertices_per_second, 2.5e6);
+  EXPECT_TRUE(studio.admin);
+  EXPECT_FALSE(night.admin);
   EXPECT_EQ(night.name, "night-shift_2");
   ASSERT_EQ(night.tokens.size(), 2u);
   EXPECT_EQ(night.tokens[0], Sha256("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"));
@@ -56,6 +58,7 @@ TEST(TokenTableTest, RefusesWhatItDoesNotUnderstand) {
       {std::string("[clients.\"") + std::string(65, 'a') + "\"]\n" + Digest(kAbc), "client 1: want a name"},
       {Table(""), "clients.studio: want token_sha256"},
       {Table("token_sha256 = []\n"), "clients.studio: want token_sha256"},
+      {Table(Digest(kAbc) + std::string("admin = 1\n")), "clients.studio.admin: want true or false"},
       {Table("token_sha256 = 5\n"), "clients.studio.token_sha256: want 64"},
       {Table(Digest(std::string(kAbc).substr(1))), "clients.studio.token_sha256: want 64"},
       {Table(Digest(std::string("g") + std::string(kAbc).substr(1))), "clients.studio.token_sha256: want 64"},

@@ -1,0 +1,33 @@
+// Where the models that are served come from.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/status.h"
+#include "core/transfer/model_folders.h"
+#include "core/transfer/pipeline.h"
+#include "server/config.h"
+
+namespace stance {
+
+struct LoadedModels {
+  std::shared_ptr<const Pipeline> pipeline;
+  std::string stamp;  // tells the files that it was loaded from apart from others; never empty
+};
+
+// Thread-safe.
+class ModelSource {
+ public:
+  virtual ~ModelSource() = default;
+
+  // Loads, verifies, tests and warms the models. Where the files have the stamp `present` nothing is loaded:
+  // the pipeline is null. An error names the model's path.
+  virtual absl::StatusOr<LoadedModels> Load(const std::string& present) const = 0;
+};
+
+// The folders and versions that the configuration names. Logs what it skips.
+std::unique_ptr<ModelSource> MakeFolderSource(const ServerConfig& config);
+
+}  // namespace stance
