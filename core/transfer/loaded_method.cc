@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <system_error>
 #include <utility>
 
@@ -108,7 +109,14 @@ std::vector<std::filesystem::path> ModelFolders(const std::filesystem::path& fol
   return found.empty() ? std::vector{folder} : found;
 }
 
+uint64_t NextId() {
+  static std::atomic<uint64_t> next = 0;
+  return next++;
+}
+
 }  // namespace
+
+LoadedMethod::LoadedMethod(ModelInfo info) : info_(std::move(info)), id_(NextId()) {}
 
 absl::StatusOr<std::unique_ptr<LoadedMethod>> LoadedMethod::Load(const std::filesystem::path& model_dir,
                                                                  const PipelineOptions& options) {
