@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/status.h"
+#include "core/transfer/rig_cache.h"
 #include "server/metrics_page.h"
 
 namespace stance {
@@ -55,6 +56,9 @@ class Metrics {
 
   // Where the queue's gauges come from; nullptr: they are 0. `read` is called from the scraping thread.
   void SetQueueSource(std::function<QueueGauges()> read);
+
+  // The same for the rig cache.
+  void SetRigCacheSource(std::function<RigCache::Stats()> read);
 
   // The page in Prometheus's text format.
   std::string Page() const;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/transfer/pipeline.h"
+#include "core/transfer/rig_cache.h"
 #include "proto/wire/mesh_wire.h"
 #include "server/log.h"
 #include "server/pose_transfer_calls.h"
@@ -89,7 +90,9 @@ v1::GetServerInfoResponse InfoOf(const ServerConfig& config, const Catalog& cata
 
 class AssembledServer : public Server {
  public:
-  AssembledServer(const ServerConfig& config, std::unique_ptr<Pipeline> pipeline)
+  // `rig_cache`: the pipeline's; null if it has none.
+  AssembledServer(const ServerConfig& config, std::unique_ptr<Pipeline> pipeline,
+                  const std::shared_ptr<RigCache>& rig_cache)
       : config_(config),
         pipeline_(std::move(pipeline)),
         catalog_{pipeline_->models(),
@@ -107,6 +110,9 @@ class AssembledServer : public Server {
     }
     if (!config_.tls_certificate.empty()) {
       metrics_.SetCertificateFile(config_.tls_certificate);
+    }
+    if (rig_cache != nullptr) {
+      metrics_.SetRigCacheSource([rig_cache] { return rig_cache->stats(); });
     }
     metrics_.SetQueueSource([this] {
       const CallRunner::Stats stats = runner_.stats();
@@ -244,12 +250,16 @@ class AssembledServer : public Server {
 absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerConfig& config) {
   const std::vector<std::filesystem::path> folders(config.model_directory.begin(),
                                                    config.model_directory.end());
-  absl::StatusOr<std::unique_ptr<Pipeline>> pipeline =
-      Pipeline::Load(folders, {.threads = static_cast<int>(config.inference_threads)});
+  std::shared_ptr<RigCache> rig_cache;
+  if (config.inference_rig_cache_bytes > 0) {
+    rig_cache = std::make_shared<RigCache>(config.inference_rig_cache_bytes);
+  }
+  absl::StatusOr<std::unique_ptr<Pipeline>> pipeline = Pipeline::Load(
+      folders, {.threads = static_cast<int>(config.inference_threads), .rig_cache = rig_cache});
   if (!pipeline.ok()) return Prefixed("model.directory: ", pipeline.status());
   std::vector<std::string> models;
   for (const ModelInfo& model : (*pipeline)->models()) models.push_back(model.name);
-  auto server = std::make_unique<AssembledServer>(config, *std::move(pipeline));
+  auto server = std::make_unique<AssembledServer>(config, *std::move(pipeline), rig_cache);
   STANCE_RETURN_IF_ERROR(server->Listen());
   Log(LogLevel::kInfo, "serving",
       {{"address", server->address()},

@@ -11,8 +11,9 @@ namespace stance::testing {
 
 class ServerProcess {
  public:
-  // Starts the built server with the untrained model on a free port of the loopback interface and waits until
-  // it listens. `arguments` come after those, e.g. {"--batching-max-queued-requests", "1"}.
+  // Starts the built server with the untrained model and no rig cache on a free port of the loopback
+  // interface and waits until it listens. `arguments` come after those, e.g.
+  // {"--batching-max-queued-requests", "1"}.
   explicit ServerProcess(const std::vector<std::string>& arguments = {});
 
   // HOST:PORT; empty if it did not start.
