@@ -20,7 +20,7 @@
 namespace stance {
 namespace {
 
-constexpr std::array<const char*, 3> kRpcNames = {"Transfer", "Rig", "GetServerInfo"};
+constexpr std::array<const char*, 4> kRpcNames = {"Transfer", "Rig", "GetServerInfo", "Animate"};
 constexpr std::array<const char*, 9> kPhaseNames = {"queue", "decode",  "check",  "resample", "network",
                                                     "pose",  "weights", "deform", "encode"};
 constexpr int kCodes = 17;  // OK to UNAUTHENTICATED

@@ -14,7 +14,7 @@
 namespace stance {
 
 // One RPC method, as a label.
-enum class Rpc { kTransfer, kRig, kGetServerInfo };
+enum class Rpc { kTransfer, kRig, kGetServerInfo, kAnimate };
 
 // Where the time of a request goes.
 enum class Phase { kQueue, kDecode, kCheck, kResample, kNetwork, kPose, kWeights, kDeform, kEncode };

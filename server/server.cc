@@ -13,6 +13,7 @@
 #include "core/transfer/pipeline.h"
 #include "core/transfer/rig_cache.h"
 #include "proto/wire/mesh_wire.h"
+#include "server/animate_stream.h"
 #include "server/log.h"
 #include "server/pose_transfer_calls.h"
 #include "server/services.h"
@@ -83,6 +84,7 @@ v1::GetServerInfoResponse InfoOf(const ServerConfig& config, const Catalog& cata
   limits->set_max_queued_vertices(static_cast<uint64_t>(config.batching_max_queued_vertices));
   limits->set_max_queued_requests_per_client(
       static_cast<uint64_t>(config.batching_max_queued_requests_per_client));
+  limits->set_max_stream_references(AnimateStream::kMostReferences);
   limits->set_max_batch_requests(static_cast<uint32_t>(config.batching_max_batch_requests));
   limits->set_max_batch_vertices(static_cast<uint64_t>(config.batching_max_batch_vertices));
   return info;
@@ -102,7 +104,8 @@ class AssembledServer : public Server {
             BatchingOf(config),
             [this](std::span<CallRunner::Item> batch) { RunCalls(*pipeline_, metrics_, RealClock(), batch); },
             RealClock(), [this] { WarmUp(); }),
-        serving_{metrics_, runner_, RealClock(), active_, gate_, costs_, config.batching_client_metadata},
+        serving_{metrics_, runner_, RealClock(), active_,
+                 streams_, gate_,   costs_,      config.batching_client_metadata},
         pose_transfer_(serving_, catalog_),
         server_info_(InfoOf(config, catalog_), serving_) {
     for (const ModelInfo& model : catalog_.models) {
@@ -168,6 +171,7 @@ class AssembledServer : public Server {
     SetServing(false);
     std::this_thread::sleep_for(Seconds(config_.server_lame_duck_seconds));
     const TimePoint deadline = RealClock().Now() + Seconds(config_.server_drain_timeout_seconds);
+    streams_.Drain();
     const bool complete = runner_.Drain(deadline);
     // Every call now has its answer; what is left is to send them. Only then is the transport closed, as
     // closing it gives no more than its own deadline to every stream, health watchers included.
@@ -233,6 +237,7 @@ class AssembledServer : public Server {
   const Catalog catalog_;
   Metrics metrics_;
   ActiveCalls active_;
+  OpenStreams streams_;
   CostEstimator costs_;
   TokenGate gate_;
   std::unique_ptr<TokenFile> tokens_;
