@@ -94,7 +94,8 @@ def measure_memory():
 
 def measure_load(seconds):
     server = subprocess.Popen(
-        [BIN / "stance-server", "--listen", "127.0.0.1:0", "--metrics-listen", "127.0.0.1:0", "--model", ROOT / "models"],
+        [BIN / "stance-server", "--listen", "127.0.0.1:0", "--metrics-listen", "127.0.0.1:0", "--model", ROOT / "models",
+         "--inference-rig-cache-bytes", "0"],  # the clients send one pair, which would be known from then on
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         text=True,

@@ -21,8 +21,6 @@ using std::chrono::milliseconds;
 constexpr milliseconds kOverloadPushback(250);
 // An expectation of a longer wait may be wrong, and the caller should not be lost over it.
 constexpr milliseconds kMostPushback(30'000);
-// The caller's next try should reach another server, or this one's successor.
-constexpr milliseconds kShutdownPushback(1000);
 
 // gRPC speaks of deadlines in calendar time, the queue in steady time.
 TimePoint SteadyDeadline(std::chrono::system_clock::time_point deadline, TimePoint now) {
@@ -46,20 +44,27 @@ const char* RpcName(Rpc rpc) {
       return "GetServerInfo";
     case Rpc::kReloadModels:
       return "ReloadModels";
+    case Rpc::kAnimate:
+      return "Animate";
   }
   return "";
 }
 
 }  // namespace
 
-Call::Call(const Serving& serving, Rpc rpc, grpc::CallbackServerContext* context)
+Call::Call(const Serving& serving, Rpc rpc, Work work, grpc::CallbackServerContext* context)
     : serving_(serving),
       rpc_(rpc),
+      work_(work),
       context_(context),
       arrival_(serving.clock.Now()),
       deadline_(SteadyDeadline(context->deadline(), arrival_)),
       span_(BeginSpan(*context)),
       counted_(serving.active.Enter()) {}
+
+Call::~Call() {
+  if (counted_) serving_.active.Leave();
+}
 
 void Call::Begin() {
   const absl::Status status = Prepare();
@@ -71,7 +76,7 @@ void Call::Begin() {
   CallRunner::Item item;
   item.cost = Vertices();
   item.bytes = RequestBytes();
-  item.bucket = static_cast<int>(rpc_);
+  item.bucket = static_cast<int>(work_);
   item.client = Client();
   item.priority = RequestedPriority();
   item.work = serving_.costs.Estimate(CostKind(), item.cost);
@@ -101,16 +106,9 @@ absl::Status Call::Prepare() {
   return Plan();
 }
 
-void Call::OnCancel() {
-  cancelled_->store(true);
+void Call::Cancel() {
+  MarkCancelled();
   serving_.runner.SweepCancelled();
-}
-
-void Call::OnDone() {
-  ActiveCalls& active = serving_.active;
-  const bool counted = counted_;
-  delete this;
-  if (counted) active.Leave();
 }
 
 std::string Call::Client() const {
@@ -156,7 +154,7 @@ absl::Status Call::StatusFor(Outcome outcome, Duration retry_after) {
       return WithReason(absl::DeadlineExceededError("it is expected to take longer than its deadline allows"),
                         "DEADLINE_TOO_SHORT");
     case Outcome::kShuttingDown:
-      return OverloadError("SHUTTING_DOWN", "the server is shutting down", kShutdownPushback);
+      return ShuttingDownError();
     case Outcome::kCancelled:
       // The deadline, too, reaches a call as a cancellation.
       if (serving_.clock.Now() < deadline_) {
@@ -202,8 +200,7 @@ void Call::Answer(absl::Status status) {
          {"span_id", span_.span_id},
          {"parent_span_id", span_.parent_id}});
   }
-  AddAnswerMetadata(*context_, span_, status);
-  Finish(ToGrpcStatus(status));
+  Send(status);
 }
 
 }  // namespace stance

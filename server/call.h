@@ -1,8 +1,7 @@
-// One unary call from its arrival to its answer.
+// One request from its arrival to its answer.
 #pragma once
 
 #include <grpcpp/server_context.h>
-#include <grpcpp/support/server_callback.h>
 
 #include <atomic>
 #include <memory>
@@ -15,6 +14,7 @@
 #include "server/batching/batch_runner.h"
 #include "server/batching/cost_estimator.h"
 #include "server/metrics.h"
+#include "server/open_streams.h"
 #include "server/trace_context.h"
 
 namespace stance {
@@ -28,11 +28,15 @@ struct Serving {
   CallRunner& runner;
   Clock& clock;
   ActiveCalls& active;
+  OpenStreams& streams;
   TokenGate& gate;
   CostEstimator& costs;
   // The metadata key that names the caller; empty: the peer's host does.
   std::string client_metadata;
 };
+
+// What a worker makes of a call; calls of one kind share a batch.
+enum class Work { kTransfer, kRig, kRigSource };
 
 // Seconds of one request in the server's own phases.
 struct ServerSeconds {
@@ -42,19 +46,23 @@ struct ServerSeconds {
   double total = 0;
 };
 
-// A reactor that owns itself: Begin queues it on a gRPC thread without waiting, a worker runs it in a batch,
-// it is answered exactly once, and OnDone deletes it. A cancellation, by the client or by the deadline, takes
-// it out of the queue at once; if it runs already, its answer is not written.
-class Call : public grpc::ServerUnaryReactor {
+// Begin queues it on a gRPC thread without waiting, a worker runs it in a batch, and it is answered exactly
+// once. A cancellation, by the client or by the deadline, takes it out of the queue at once; if it runs
+// already, its answer is not written.
+class Call {
  public:
+  virtual ~Call();
+  Call(const Call&) = delete;
+  Call& operator=(const Call&) = delete;
+
   // Plans and queues the call, or answers it with an error.
   void Begin();
-
-  void OnCancel() final;
-  void OnDone() final;
+  // Gives it up: at once, or at the next SweepCancelled of the runner.
+  void Cancel();
+  void MarkCancelled() { cancelled_->store(true); }
 
   // For the worker:
-  Rpc rpc() const { return rpc_; }
+  Work work() const { return work_; }
   TimePoint deadline() const { return deadline_; }
   bool is_cancelled() const { return cancelled_->load(); }
   // What the work came to. To be set before the item is completed.
@@ -64,7 +72,11 @@ class Call : public grpc::ServerUnaryReactor {
   void LearnCost(const PhaseSeconds& core);
 
  protected:
-  Call(const Serving& serving, Rpc rpc, grpc::CallbackServerContext* context);
+  Call(const Serving& serving, Rpc rpc, Work work, grpc::CallbackServerContext* context);
+
+  Rpc rpc() const { return rpc_; }
+  const std::string& request_id() const { return request_id_; }
+  const TraceContext& span() const { return span_; }
 
   // Checks everything but the meshes' content, in constant time; errors as in status_map.h.
   virtual absl::Status Plan() = 0;
@@ -77,16 +89,19 @@ class Call : public grpc::ServerUnaryReactor {
   virtual int CostKind() const = 0;
   // Before an answer without error is sent.
   virtual void FinishResponse(const std::string& request_id, const ServerSeconds& seconds) = 0;
+  // Sends the answer. May delete this object.
+  virtual void Send(const absl::Status& status) = 0;
 
  private:
   absl::Status Prepare();
   std::string Client() const;
   absl::Status StatusFor(Outcome outcome, Duration retry_after);
-  // Sends the answer. Nothing of this object may be touched afterwards.
+  // Logs, counts and sends the answer. Nothing of this object may be touched afterwards.
   void Answer(absl::Status status);
 
   const Serving& serving_;
   const Rpc rpc_;
+  const Work work_;
   grpc::CallbackServerContext* const context_;
   const TimePoint arrival_;
   const TimePoint deadline_;

@@ -65,6 +65,8 @@ const std::vector<Option>& Table() {
        "Batches run at the same time; 0 chooses by the CPU quota"},
       {"inference.threads", &C::inference_threads, 0, 1024,
        "Threads of one batch; 0 divides the CPU quota by the workers"},
+      {"inference.rig_cache_bytes", &C::inference_rig_cache_bytes, 0, kMany,
+       "Memory for the rigs of meshes that may come again, bytes; 0 for none"},
       {"batching.max_batch_requests", &C::batching_max_batch_requests, 1, 4096, "Most requests in one batch"},
       {"batching.max_batch_vertices", &C::batching_max_batch_vertices, 1, kMany,
        "Most vertices in one batch"},

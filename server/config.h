@@ -35,6 +35,7 @@ struct ServerConfig {
   std::string model_versions;     // "NAME=VERSION,...": pins; empty: the highest version of each
   int64_t inference_workers = 0;  // batches run at the same time; 0: by the CPU quota
   int64_t inference_threads = 0;  // threads of one batch; 0: the CPU quota / workers
+  int64_t inference_rig_cache_bytes = int64_t{256} << 20;  // of rigs kept for meshes that come again; 0: none
   int64_t batching_max_batch_requests = 8;
   int64_t batching_max_batch_vertices = 200'000;
   int64_t batching_max_queued_requests = 256;

@@ -140,9 +140,9 @@ absl::Status EncodeMesh(const TriangleMesh& mesh, v1::OutputFormat format, v1::U
   return absl::OkStatus();
 }
 
-}  // namespace
-
-absl::StatusOr<TransferPlan> PlanTransfer(const v1::TransferRequest& request, const Catalog& catalog) {
+// All but the reference's, of a TransferRequest or an AnimateStart.
+template <typename Request>
+absl::StatusOr<TransferPlan> PlanSource(const Request& request, const Catalog& catalog) {
   TransferPlan plan;
   const v1::TransferOptions& wire = request.options();
   STANCE_RETURN_IF_ERROR(CommonOptions(wire, catalog, plan.options, plan.model, plan.bone_naming));
@@ -152,10 +152,25 @@ absl::StatusOr<TransferPlan> PlanTransfer(const v1::TransferRequest& request, co
   STANCE_ASSIGN_OR_RETURN(plan.options.facing, FacingFromWire(wire.facing()));
   STANCE_ASSIGN_OR_RETURN(plan.options.ground, GroundFromWire(wire.ground()));
   STANCE_ASSIGN_OR_RETURN(plan.options.source_up, PlanMesh(request.has_source(), request.source(), "source"));
-  STANCE_ASSIGN_OR_RETURN(plan.options.reference_up,
-                          PlanMesh(request.has_reference(), request.reference(), "reference"));
   STANCE_ASSIGN_OR_RETURN(plan.target_format, PlanFormat(wire.target_format(), request.source()));
   return plan;
+}
+
+}  // namespace
+
+absl::StatusOr<TransferPlan> PlanTransfer(const v1::TransferRequest& request, const Catalog& catalog) {
+  STANCE_ASSIGN_OR_RETURN(TransferPlan plan, PlanSource(request, catalog));
+  STANCE_ASSIGN_OR_RETURN(plan.options.reference_up,
+                          PlanMesh(request.has_reference(), request.reference(), "reference"));
+  return plan;
+}
+
+absl::StatusOr<TransferPlan> PlanAnimate(const v1::AnimateStart& start, const Catalog& catalog) {
+  return PlanSource(start, catalog);
+}
+
+absl::StatusOr<UpAxis> PlanReference(const v1::AnimateReference& reference) {
+  return PlanMesh(reference.has_reference(), reference.reference(), "reference");
 }
 
 absl::StatusOr<RigPlan> PlanRig(const v1::RigRequest& request, const Catalog& catalog) {
@@ -185,10 +200,10 @@ absl::StatusOr<TriangleMesh> DecodeMesh(const v1::Mesh& mesh, const std::string&
 }
 
 absl::Status EncodeTransfer(const TransferPlan& plan, const TransferResult& result, const Catalog& catalog,
-                            const v1::TransferRequest& request, v1::TransferResponse* response) {
+                            v1::UpAxis source_up, v1::TransferResponse* response) {
   if (plan.want_target) {
-    STANCE_RETURN_IF_ERROR(EncodeMesh(result.target, plan.target_format, request.source().up_axis(),
-                                      response->mutable_target()));
+    STANCE_RETURN_IF_ERROR(
+        EncodeMesh(result.target, plan.target_format, source_up, response->mutable_target()));
   }
   if (plan.want_skeletons) {
     const std::vector<std::string>& names = HumanBoneNames(plan.bone_naming);

@@ -47,6 +47,10 @@ struct RigPlan {
 // a model.
 absl::StatusOr<TransferPlan> PlanTransfer(const v1::TransferRequest& request, const Catalog& catalog);
 absl::StatusOr<RigPlan> PlanRig(const v1::RigRequest& request, const Catalog& catalog);
+// What the references of a stream have in common: everything but options.reference_up, which
+// PlanReference finds.
+absl::StatusOr<TransferPlan> PlanAnimate(const v1::AnimateStart& start, const Catalog& catalog);
+absl::StatusOr<UpAxis> PlanReference(const v1::AnimateReference& reference);
 
 // The vertices of a mesh that has not been read yet: exact for arrays, a guess from its bytes for a file.
 int64_t EstimateVertices(const v1::Mesh& mesh);
@@ -55,10 +59,10 @@ int64_t EstimateVertices(const v1::Mesh& mesh);
 absl::StatusOr<TriangleMesh> DecodeMesh(const v1::Mesh& mesh, const std::string& field,
                                         const MeshLimits& limits = {});
 
-// Fills what the plan asks for; warnings, model and the core's phases always. The request tells the source's
-// axis.
+// Fills what the plan asks for; warnings, model and the core's phases always. `source_up`: as the request has
+// it.
 absl::Status EncodeTransfer(const TransferPlan& plan, const TransferResult& result, const Catalog& catalog,
-                            const v1::TransferRequest& request, v1::TransferResponse* response);
+                            v1::UpAxis source_up, v1::TransferResponse* response);
 void EncodeRig(const RigPlan& plan, const RigResult& result, const Catalog& catalog,
                v1::RigResponse* response);
 

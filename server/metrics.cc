@@ -20,7 +20,8 @@
 namespace stance {
 namespace {
 
-constexpr std::array<const char*, 4> kRpcNames = {"Transfer", "Rig", "GetServerInfo", "ReloadModels"};
+constexpr std::array<const char*, 5> kRpcNames = {"Transfer", "Rig", "GetServerInfo", "ReloadModels",
+                                                  "Animate"};
 constexpr std::array<const char*, 3> kReloadNames = {"switched", "unchanged", "failed"};
 constexpr std::array<const char*, 9> kPhaseNames = {"queue", "decode",  "check",  "resample", "network",
                                                     "pose",  "weights", "deform", "encode"};
@@ -47,6 +48,7 @@ struct Metrics::Impl {
     {
       std::lock_guard<std::mutex> guard(mutex);
       if (read_queue) now = read_queue();
+      if (read_rig_cache) SetRigCache(read_rig_cache());
     }
     queued_requests->Set(static_cast<double>(now.queued_requests));
     queued_bytes->Set(static_cast<double>(now.queued_bytes));
@@ -61,6 +63,15 @@ struct Metrics::Impl {
     std::vector<prometheus::MetricFamily> families = registry.Collect();
     for (prometheus::MetricFamily& family : ProcessMetrics()) families.push_back(std::move(family));
     return families;
+  }
+
+  // The counters run behind the cache's own. REQUIRES: mutex is held.
+  void SetRigCache(const RigCache::Stats& now) const {
+    rig_cache_hits->Increment(static_cast<double>(now.hits) - rig_cache_hits->Value());
+    rig_cache_misses->Increment(static_cast<double>(now.misses) - rig_cache_misses->Value());
+    rig_cache_evictions->Increment(static_cast<double>(now.evictions) - rig_cache_evictions->Value());
+    rig_cache_entries->Set(static_cast<double>(now.entries));
+    rig_cache_bytes->Set(static_cast<double>(now.bytes));
   }
 
   prometheus::Registry registry;
@@ -85,8 +96,14 @@ struct Metrics::Impl {
   prometheus::Gauge* queued_vertices;
   prometheus::Gauge* queued_clients;
   prometheus::Gauge* running_requests;
+  prometheus::Counter* rig_cache_hits;
+  prometheus::Counter* rig_cache_misses;
+  prometheus::Counter* rig_cache_evictions;
+  prometheus::Gauge* rig_cache_entries;
+  prometheus::Gauge* rig_cache_bytes;
   mutable std::mutex mutex;
-  std::function<QueueGauges()> read_queue;  // protected by mutex
+  std::function<QueueGauges()> read_queue;  // protected by mutex, as is the next
+  std::function<RigCache::Stats()> read_rig_cache;
 };
 
 Metrics::Metrics() : impl_(std::make_unique<Impl>()) {
@@ -125,6 +142,14 @@ Metrics::Metrics() : impl_(std::make_unique<Impl>()) {
   impl_->queued_vertices = gauge("stance_queued_vertices", "Vertices of requests waiting for a worker");
   impl_->queued_clients = gauge("stance_queued_clients", "Clients with requests waiting for a worker");
   impl_->running_requests = gauge("stance_running_requests", "Requests being run");
+  impl_->rig_cache_hits =
+      &counter("stance_rig_cache_hits_total", "Meshes whose rig was in the cache").Add({});
+  impl_->rig_cache_misses =
+      &counter("stance_rig_cache_misses_total", "Meshes whose rig was not in the cache").Add({});
+  impl_->rig_cache_evictions =
+      &counter("stance_rig_cache_evictions_total", "Rigs that left the cache for want of room").Add({});
+  impl_->rig_cache_entries = gauge("stance_rig_cache_entries", "Rigs in the cache");
+  impl_->rig_cache_bytes = gauge("stance_rig_cache_bytes", "Bytes of the rigs in the cache");
   impl_->token_reloads =
       &counter("stance_token_reloads_total", "Readings of a changed token file, by result");
   impl_->token_reload_success = &prometheus::BuildGauge()
@@ -209,6 +234,11 @@ void Metrics::SetCertificateFile(const std::string& path) {
 void Metrics::SetQueueSource(std::function<QueueGauges()> read) {
   std::lock_guard<std::mutex> guard(impl_->mutex);
   impl_->read_queue = std::move(read);
+}
+
+void Metrics::SetRigCacheSource(std::function<RigCache::Stats()> read) {
+  std::lock_guard<std::mutex> guard(impl_->mutex);
+  impl_->read_rig_cache = std::move(read);
 }
 
 std::string Metrics::Page() const { return prometheus::TextSerializer().Serialize(impl_->Collect()); }

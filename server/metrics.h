@@ -8,12 +8,13 @@
 #include <vector>
 
 #include "core/base/status.h"
+#include "core/transfer/rig_cache.h"
 #include "server/metrics_page.h"
 
 namespace stance {
 
 // One RPC method, as a label.
-enum class Rpc { kTransfer, kRig, kGetServerInfo, kReloadModels };
+enum class Rpc { kTransfer, kRig, kGetServerInfo, kReloadModels, kAnimate };
 
 // Where the time of a request goes.
 enum class Phase { kQueue, kDecode, kCheck, kResample, kNetwork, kPose, kWeights, kDeform, kEncode };
@@ -67,6 +68,9 @@ class Metrics {
 
   // Where the queue's gauges come from; nullptr: they are 0. `read` is called from the scraping thread.
   void SetQueueSource(std::function<QueueGauges()> read);
+
+  // The same for the rig cache.
+  void SetRigCacheSource(std::function<RigCache::Stats()> read);
 
   // The page in Prometheus's text format.
   std::string Page() const;

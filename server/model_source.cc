@@ -1,6 +1,7 @@
 #include "server/model_source.h"
 
 #include <filesystem>
+#include <utility>
 
 #include "core/transfer/self_test.h"
 #include "server/log.h"
@@ -10,10 +11,10 @@ namespace {
 
 class FolderSource : public ModelSource {
  public:
-  explicit FolderSource(const ServerConfig& config)
+  FolderSource(const ServerConfig& config, std::shared_ptr<RigCache> rig_cache)
       : directories_(config.model_directory.begin(), config.model_directory.end()),
         pins_(ParseVersionPins(config.model_versions).value()),  // FinishConfig has passed
-        options_{.threads = static_cast<int>(config.inference_threads)} {}
+        options_{.threads = static_cast<int>(config.inference_threads), .rig_cache = std::move(rig_cache)} {}
 
   absl::StatusOr<LoadedModels> Load(const std::string& present) const override {
     STANCE_ASSIGN_OR_RETURN(const ModelFolders found, FindModelFolders(directories_, pins_));
@@ -42,8 +43,9 @@ class FolderSource : public ModelSource {
 
 }  // namespace
 
-std::unique_ptr<ModelSource> MakeFolderSource(const ServerConfig& config) {
-  return std::make_unique<FolderSource>(config);
+std::unique_ptr<ModelSource> MakeFolderSource(const ServerConfig& config,
+                                              std::shared_ptr<RigCache> rig_cache) {
+  return std::make_unique<FolderSource>(config, std::move(rig_cache));
 }
 
 }  // namespace stance

@@ -8,6 +8,7 @@
 #include "core/base/status.h"
 #include "core/transfer/model_folders.h"
 #include "core/transfer/pipeline.h"
+#include "core/transfer/rig_cache.h"
 #include "server/config.h"
 
 namespace stance {
@@ -27,7 +28,9 @@ class ModelSource {
   virtual absl::StatusOr<LoadedModels> Load(const std::string& present) const = 0;
 };
 
-// The folders and versions that the configuration names. Logs what it skips.
-std::unique_ptr<ModelSource> MakeFolderSource(const ServerConfig& config);
+// The folders and versions that the configuration names; all pipelines keep their rigs in `rig_cache`, or
+// none where it is null. Logs what it skips.
+std::unique_ptr<ModelSource> MakeFolderSource(const ServerConfig& config,
+                                              std::shared_ptr<RigCache> rig_cache);
 
 }  // namespace stance

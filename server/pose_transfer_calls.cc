@@ -4,18 +4,12 @@
 #include <vector>
 
 #include "core/base/stopwatch.h"
+#include "server/animate_calls.h"
 #include "server/isolated.h"
 #include "server/status_map.h"
 
 namespace stance {
 namespace {
-
-void WriteSeconds(const ServerSeconds& seconds, v1::PhaseTimings* timings) {
-  timings->set_queue_seconds(seconds.queue);
-  timings->set_decode_seconds(seconds.decode);
-  timings->set_encode_seconds(seconds.encode);
-  timings->set_total_seconds(seconds.total);
-}
 
 void ObservePhases(Metrics& metrics, const PhaseSeconds& core, const ServerSeconds& server) {
   metrics.ObservePhase(Phase::kDecode, server.decode);
@@ -28,18 +22,17 @@ void ObservePhases(Metrics& metrics, const PhaseSeconds& core, const ServerSecon
   metrics.ObservePhase(Phase::kEncode, server.encode);
 }
 
-std::vector<absl::StatusOr<TransferResult>> RunJobs(const Pipeline& pipeline,
-                                                    std::span<const TransferJob> jobs) {
-  return pipeline.TransferBatch(jobs);
+void RunJobs(const Pipeline& pipeline, std::span<const TransferJob> jobs,
+             std::vector<absl::StatusOr<TransferResult>>& results) {
+  results = pipeline.TransferBatch(jobs);
 }
-std::vector<absl::StatusOr<RigResult>> RunJobs(const Pipeline& pipeline, std::span<const RigJob> jobs) {
-  return pipeline.RigBatch(jobs);
+void RunJobs(const Pipeline& pipeline, std::span<const RigJob> jobs,
+             std::vector<absl::StatusOr<RigResult>>& results) {
+  results = pipeline.RigBatch(jobs);
 }
-
-// Requests of one method cost alike.
-int KindOf(Rpc rpc, const TransferOptions& options) {
-  constexpr int kMostMethods = 16;
-  return static_cast<int>(rpc) * kMostMethods + static_cast<int>(options.method.value_or(Method::kSkeletal));
+void RunJobs(const Pipeline& pipeline, std::span<const RigJob> jobs,
+             std::vector<absl::StatusOr<RigSourceResult>>& results) {
+  results = pipeline.RigSources(jobs);
 }
 
 absl::Status GaveUp() {
@@ -68,8 +61,11 @@ void RunTyped(const Pipeline& pipeline, Metrics& metrics, std::span<CallRunner::
   if (jobs.empty()) return;
   using Job = typename SomeCall::Job;
   auto results = RunIsolated<typename SomeCall::Result>(
-      "running the batch", std::span<const Job>(jobs),
-      [&](std::span<const Job> some) { return RunJobs(pipeline, some); });
+      "running the batch", std::span<const Job>(jobs), [&](std::span<const Job> some) {
+        std::vector<absl::StatusOr<typename SomeCall::Result>> results_of_some;
+        RunJobs(pipeline, some, results_of_some);
+        return results_of_some;
+      });
   for (size_t i = 0; i < ready.size(); ++i) {
     auto& call = static_cast<SomeCall&>(*ready[i]->payload);
     absl::Status status = results[i].status();
@@ -96,10 +92,25 @@ void RunTyped(const Pipeline& pipeline, Metrics& metrics, std::span<CallRunner::
 
 }  // namespace
 
-TransferCall::TransferCall(const Serving& serving, const Catalog& catalog,
-                           grpc::CallbackServerContext* context, const v1::TransferRequest* request,
+int CostKindOf(Rpc rpc, const TransferOptions& options) {
+  constexpr int kMostMethods = 16;
+  return static_cast<int>(rpc) * kMostMethods + static_cast<int>(options.method.value_or(Method::kSkeletal));
+}
+
+void WriteSeconds(const ServerSeconds& seconds, v1::PhaseTimings* timings) {
+  timings->set_queue_seconds(seconds.queue);
+  timings->set_decode_seconds(seconds.decode);
+  timings->set_encode_seconds(seconds.encode);
+  timings->set_total_seconds(seconds.total);
+}
+
+TransferCall::TransferCall(grpc::CallbackServerContext* context, const Serving& serving,
+                           const Catalog& catalog, const v1::TransferRequest* request,
                            v1::TransferResponse* response)
-    : Call(serving, Rpc::kTransfer, context), catalog_(catalog), request_(*request), response_(*response) {}
+    : TransferWork(serving, Rpc::kTransfer, context),
+      catalog_(catalog),
+      request_(*request),
+      response_(*response) {}
 
 absl::Status TransferCall::Plan() {
   STANCE_ASSIGN_OR_RETURN(plan_, PlanTransfer(request_, catalog_));
@@ -110,7 +121,7 @@ int64_t TransferCall::Vertices() const {
   return EstimateVertices(request_.source()) + EstimateVertices(request_.reference());
 }
 
-int TransferCall::CostKind() const { return KindOf(rpc(), plan_.options); }
+int TransferCall::CostKind() const { return CostKindOf(rpc(), plan_.options); }
 
 int64_t TransferCall::RequestBytes() const { return static_cast<int64_t>(request_.ByteSizeLong()); }
 
@@ -121,7 +132,7 @@ absl::Status TransferCall::Decode() {
 }
 
 absl::Status TransferCall::Encode(const Result& result) {
-  return EncodeTransfer(plan_, result, catalog_, request_, &response_);
+  return EncodeTransfer(plan_, result, catalog_, request_.source().up_axis(), &response_);
 }
 
 void TransferCall::FinishResponse(const std::string& request_id, const ServerSeconds& seconds) {
@@ -129,9 +140,12 @@ void TransferCall::FinishResponse(const std::string& request_id, const ServerSec
   WriteSeconds(seconds, response_.mutable_timings());
 }
 
-RigCall::RigCall(const Serving& serving, const Catalog& catalog, grpc::CallbackServerContext* context,
+RigCall::RigCall(grpc::CallbackServerContext* context, const Serving& serving, const Catalog& catalog,
                  const v1::RigRequest* request, v1::RigResponse* response)
-    : Call(serving, Rpc::kRig, context), catalog_(catalog), request_(*request), response_(*response) {}
+    : Call(serving, Rpc::kRig, Work::kRig, context),
+      catalog_(catalog),
+      request_(*request),
+      response_(*response) {}
 
 absl::Status RigCall::Plan() {
   STANCE_ASSIGN_OR_RETURN(plan_, PlanRig(request_, catalog_));
@@ -140,7 +154,7 @@ absl::Status RigCall::Plan() {
 
 int64_t RigCall::Vertices() const { return EstimateVertices(request_.mesh()); }
 
-int RigCall::CostKind() const { return KindOf(rpc(), plan_.options); }
+int RigCall::CostKind() const { return CostKindOf(rpc(), plan_.options); }
 
 int64_t RigCall::RequestBytes() const { return static_cast<int64_t>(request_.ByteSizeLong()); }
 
@@ -169,10 +183,13 @@ void RunCalls(const Pipeline& pipeline, Metrics& metrics, Clock& clock, std::spa
     metrics.ObservePhase(Phase::kQueue, item.payload->seconds().queue);
   }
   metrics.ObserveBatch(static_cast<int64_t>(batch.size()), vertices);
-  if (batch.front().payload->rpc() == Rpc::kTransfer) {
-    RunTyped<TransferCall>(pipeline, metrics, batch);
-  } else {
-    RunTyped<RigCall>(pipeline, metrics, batch);
+  switch (batch.front().payload->work()) {
+    case Work::kTransfer:
+      return RunTyped<TransferWork>(pipeline, metrics, batch);
+    case Work::kRig:
+      return RunTyped<RigCall>(pipeline, metrics, batch);
+    case Work::kRigSource:
+      return RunTyped<SourceCall>(pipeline, metrics, batch);
   }
 }
 

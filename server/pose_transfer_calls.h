@@ -11,21 +11,34 @@
 
 namespace stance {
 
-// Plan on the gRPC thread; Decode, MakeJob and Encode on a worker. `catalog` outlives the call.
-class TransferCall : public Call {
+// What a worker runs as a TransferJob. Plan on the gRPC thread; Decode, MakeJob and Encode on a worker.
+class TransferWork : public Call {
  public:
   using Job = TransferJob;
   using Result = TransferResult;
 
-  TransferCall(const Serving& serving, const Catalog& catalog, grpc::CallbackServerContext* context,
-               const v1::TransferRequest* request, v1::TransferResponse* response);
-
-  absl::Status Decode();
+  virtual absl::Status Decode() = 0;
   // Points into this call.
-  Job MakeJob() const {
+  virtual Job MakeJob() const = 0;
+  virtual absl::Status Encode(const Result& result) = 0;
+
+ protected:
+  TransferWork(const Serving& serving, Rpc rpc, grpc::CallbackServerContext* context)
+      : Call(serving, rpc, Work::kTransfer, context) {}
+};
+
+// `catalog` outlives the call, as it does below.
+class TransferCall : public TransferWork {
+ public:
+  absl::Status Decode() override;
+  Job MakeJob() const override {
     return {&source_, &reference_, plan_.options, [this] { return is_cancelled(); }};
   }
-  absl::Status Encode(const Result& result);
+  absl::Status Encode(const Result& result) override;
+
+ protected:
+  TransferCall(grpc::CallbackServerContext* context, const Serving& serving, const Catalog& catalog,
+               const v1::TransferRequest* request, v1::TransferResponse* response);
 
  private:
   absl::Status Plan() override;
@@ -50,14 +63,15 @@ class RigCall : public Call {
   using Job = RigJob;
   using Result = RigResult;
 
-  RigCall(const Serving& serving, const Catalog& catalog, grpc::CallbackServerContext* context,
-          const v1::RigRequest* request, v1::RigResponse* response);
-
   absl::Status Decode();
   Job MakeJob() const {
     return {&mesh_, plan_.options, [this] { return is_cancelled(); }};
   }
   absl::Status Encode(const Result& result);
+
+ protected:
+  RigCall(grpc::CallbackServerContext* context, const Serving& serving, const Catalog& catalog,
+          const v1::RigRequest* request, v1::RigResponse* response);
 
  private:
   absl::Status Plan() override;
@@ -75,7 +89,12 @@ class RigCall : public Call {
   TriangleMesh mesh_;
 };
 
-// Runs a batch of one kind of call: reads the meshes, runs the pipeline on those that are well-formed, and
+// Requests of one RPC and method cost alike.
+int CostKindOf(Rpc rpc, const TransferOptions& options);
+
+void WriteSeconds(const ServerSeconds& seconds, v1::PhaseTimings* timings);
+
+// Runs a batch of one kind of work: reads the meshes, runs the pipeline on those that are well-formed, and
 // answers each call as soon as its answer is written. A bad call does not touch its neighbours.
 void RunCalls(const Pipeline& pipeline, Metrics& metrics, Clock& clock, std::span<CallRunner::Item> batch);
 

@@ -11,8 +11,10 @@
 #include <thread>
 #include <vector>
 
+#include "core/transfer/rig_cache.h"
 #include "proto/wire/mesh_wire.h"
 #include "server/admin_service.h"
+#include "server/animate_stream.h"
 #include "server/log.h"
 #include "server/model_repository.h"
 #include "server/model_source.h"
@@ -75,6 +77,7 @@ v1::GetServerInfoResponse InfoOf(const ServerConfig& config) {
   limits->set_max_queued_vertices(static_cast<uint64_t>(config.batching_max_queued_vertices));
   limits->set_max_queued_requests_per_client(
       static_cast<uint64_t>(config.batching_max_queued_requests_per_client));
+  limits->set_max_stream_references(AnimateStream::kMostReferences);
   limits->set_max_batch_requests(static_cast<uint32_t>(config.batching_max_batch_requests));
   limits->set_max_batch_vertices(static_cast<uint64_t>(config.batching_max_batch_vertices));
   return info;
@@ -82,7 +85,9 @@ v1::GetServerInfoResponse InfoOf(const ServerConfig& config) {
 
 class AssembledServer : public Server {
  public:
-  AssembledServer(const ServerConfig& config, std::unique_ptr<ModelSource> source, LoadedModels first)
+  // `rig_cache`: the pipelines'; null if they have none.
+  AssembledServer(const ServerConfig& config, std::unique_ptr<ModelSource> source, LoadedModels first,
+                  const std::shared_ptr<RigCache>& rig_cache)
       : config_(config),
         catalog_{first.pipeline->models(),
                  first.pipeline->skeleton(),
@@ -96,12 +101,16 @@ class AssembledServer : public Server {
               RunCalls(*pipeline, metrics_, RealClock(), batch);
             },
             RealClock(), [this] { WarmUp(); }),
-        serving_{metrics_, runner_, RealClock(), active_, gate_, costs_, config.batching_client_metadata},
+        serving_{metrics_, runner_, RealClock(), active_,
+                 streams_, gate_,   costs_,      config.batching_client_metadata},
         pose_transfer_(serving_, catalog_),
         server_info_(InfoOf(config), models_, serving_),
         admin_(models_, gate_, metrics_) {
     if (!config_.tls_certificate.empty()) {
       metrics_.SetCertificateFile(config_.tls_certificate);
+    }
+    if (rig_cache != nullptr) {
+      metrics_.SetRigCacheSource([rig_cache] { return rig_cache->stats(); });
     }
     metrics_.SetQueueSource([this] {
       const CallRunner::Stats stats = runner_.stats();
@@ -155,6 +164,7 @@ class AssembledServer : public Server {
     SetServing(false);
     std::this_thread::sleep_for(Seconds(config_.server_lame_duck_seconds));
     const TimePoint deadline = RealClock().Now() + Seconds(config_.server_drain_timeout_seconds);
+    streams_.Drain();
     const bool complete = runner_.Drain(deadline);
     // Every call now has its answer; what is left is to send them. Only then is the transport closed, as
     // closing it gives no more than its own deadline to every stream, health watchers included.
@@ -244,6 +254,7 @@ class AssembledServer : public Server {
   Metrics metrics_;
   ModelRepository models_;
   ActiveCalls active_;
+  OpenStreams streams_;
   CostEstimator costs_;
   TokenGate gate_;
   std::unique_ptr<TokenFile> tokens_;
@@ -262,13 +273,17 @@ class AssembledServer : public Server {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerConfig& config) {
-  std::unique_ptr<ModelSource> source = MakeFolderSource(config);
+  std::shared_ptr<RigCache> rig_cache;
+  if (config.inference_rig_cache_bytes > 0) {
+    rig_cache = std::make_shared<RigCache>(config.inference_rig_cache_bytes);
+  }
+  std::unique_ptr<ModelSource> source = MakeFolderSource(config, rig_cache);
   // On a thread that ends with it: a thread that has run a network keeps OpenMP's team.
   absl::StatusOr<LoadedModels> first = std::async(std::launch::async, [&] { return source->Load(""); }).get();
   if (!first.ok()) return Prefixed("model.directory: ", first.status());
   std::vector<std::string> models;
   for (const ModelInfo& model : first->pipeline->models()) models.push_back(model.name);
-  auto server = std::make_unique<AssembledServer>(config, std::move(source), *std::move(first));
+  auto server = std::make_unique<AssembledServer>(config, std::move(source), *std::move(first), rig_cache);
   STANCE_RETURN_IF_ERROR(server->Listen());
   Log(LogLevel::kInfo, "serving",
       {{"address", server->address()},

@@ -1,18 +1,20 @@
 #include "server/services.h"
 
 #include "core/base/stopwatch.h"
+#include "server/animate_stream.h"
 #include "server/call_metadata.h"
 #include "server/pose_transfer_calls.h"
 #include "server/status_map.h"
+#include "server/unary.h"
 
 namespace stance {
 
-// A call deletes itself in OnDone.
+// A reactor deletes itself in OnDone.
 
 grpc::ServerUnaryReactor* PoseTransferServiceImpl::Transfer(grpc::CallbackServerContext* context,
                                                             const v1::TransferRequest* request,
                                                             v1::TransferResponse* response) {
-  auto* call = new TransferCall(serving_, catalog_, context, request, response);
+  auto* call = new Unary<TransferCall>(context, serving_, catalog_, request, response);
   call->Begin();
   return call;
 }
@@ -20,9 +22,14 @@ grpc::ServerUnaryReactor* PoseTransferServiceImpl::Transfer(grpc::CallbackServer
 grpc::ServerUnaryReactor* PoseTransferServiceImpl::Rig(grpc::CallbackServerContext* context,
                                                        const v1::RigRequest* request,
                                                        v1::RigResponse* response) {
-  auto* call = new RigCall(serving_, catalog_, context, request, response);
+  auto* call = new Unary<RigCall>(context, serving_, catalog_, request, response);
   call->Begin();
   return call;
+}
+
+grpc::ServerBidiReactor<v1::AnimateRequest, v1::AnimateResponse>* PoseTransferServiceImpl::Animate(
+    grpc::CallbackServerContext* context) {
+  return new AnimateStream(serving_, catalog_, context);
 }
 
 grpc::ServerUnaryReactor* ServerInfoServiceImpl::GetServerInfo(grpc::CallbackServerContext* context,

@@ -19,6 +19,8 @@ class PoseTransferServiceImpl final : public v1::PoseTransferService::CallbackSe
                                      v1::TransferResponse* response) override;
   grpc::ServerUnaryReactor* Rig(grpc::CallbackServerContext* context, const v1::RigRequest* request,
                                 v1::RigResponse* response) override;
+  grpc::ServerBidiReactor<v1::AnimateRequest, v1::AnimateResponse>* Animate(
+      grpc::CallbackServerContext* context) override;
 
  private:
   const Serving serving_;

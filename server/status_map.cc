@@ -105,6 +105,10 @@ absl::Status OverloadError(const std::string& reason, const std::string& message
   return WithRetry(WithReason(absl::UnavailableError(message), reason), retry_after);
 }
 
+absl::Status ShuttingDownError() {
+  return OverloadError("SHUTTING_DOWN", "the server is shutting down", std::chrono::seconds(1));
+}
+
 absl::Status QuotaError(const std::string& reason, const std::string& message,
                         std::chrono::milliseconds retry_after) {
   return WithRetry(WithReason(absl::ResourceExhaustedError(message), reason), retry_after);

@@ -36,6 +36,9 @@ absl::Status NameField(const absl::Status& status, const std::string& reason, co
 absl::Status OverloadError(const std::string& reason, const std::string& message,
                            std::chrono::milliseconds retry_after);
 
+// The overload of a server that ends: the caller's next try should reach another, or its successor.
+absl::Status ShuttingDownError();
+
 // More than one caller's share: RESOURCE_EXHAUSTED, otherwise as above.
 absl::Status QuotaError(const std::string& reason, const std::string& message,
                         std::chrono::milliseconds retry_after);

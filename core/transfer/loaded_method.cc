@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <utility>
 
 #include "core/network/model_digests.h"
@@ -91,7 +92,14 @@ class NeuralMethod : public LoadedMethod {
   const NeuralDeformer deformer_;
 };
 
+uint64_t NextId() {
+  static std::atomic<uint64_t> next = 0;
+  return next++;
+}
+
 }  // namespace
+
+LoadedMethod::LoadedMethod(ModelInfo info) : info_(std::move(info)), id_(NextId()) {}
 
 absl::StatusOr<std::unique_ptr<LoadedMethod>> LoadedMethod::Load(const std::filesystem::path& model_dir,
                                                                  const PipelineOptions& options) {

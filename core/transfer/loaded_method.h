@@ -1,6 +1,7 @@
 // A method's model with the parts that it is composed of.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <utility>
@@ -23,6 +24,8 @@ class LoadedMethod {
   virtual ~LoadedMethod() = default;
 
   const ModelInfo& info() const { return info_; }
+  // Of no other method that this process has loaded or will load, not even of the same model.
+  uint64_t id() const { return id_; }
 
   virtual const Rigger& rigger() const = 0;
   // A method has either a solver, whose transforms the weights blend, or a deformer of its own; null stands
@@ -32,10 +35,11 @@ class LoadedMethod {
   virtual std::unique_ptr<WeightSmoother> MakeWeightSmoother(const TransferOptions& options) const = 0;
 
  protected:
-  explicit LoadedMethod(ModelInfo info) : info_(std::move(info)) {}
+  explicit LoadedMethod(ModelInfo info);
 
  private:
   const ModelInfo info_;
+  const uint64_t id_;
 };
 
 // Those of every model in `folders`, the default one first. At least one, none twice; errors as

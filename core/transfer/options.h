@@ -31,6 +31,8 @@ struct SmoothingOptions {
   double length = 0.024;
   // kHopwise: paper A's lambda, in (0, 10000].
   double lambda = 20.0;
+
+  bool operator==(const SmoothingOptions&) const = default;
 };
 
 // How a bone's rotation about its own axis is chosen.

@@ -15,6 +15,7 @@
 #include "core/transfer/linear_blend_skinning.h"
 #include "core/transfer/loaded_method.h"
 #include "core/transfer/placement.h"
+#include "core/transfer/rig_cache.h"
 #include "core/transfer/rotation_fit.h"
 #include "core/transfer/up_axis.h"
 
@@ -30,14 +31,15 @@ struct Input {
   TriangleMesh mesh;  // welded, y up
   std::vector<int32_t> welded_row;
   std::vector<std::string> warnings;
-  Rig rig;               // of the welded mesh, y up
-  PhaseSeconds seconds;  // its share of what its batch took; total is the sum
+  CachedRig rig{};            // of the welded mesh, y up
+  RigCache* cache = nullptr;  // where the rig is kept; may be null
+  PhaseSeconds seconds{};     // its share of what its batch took; total is the sum
 };
 
 absl::StatusOr<Input> Prepare(const TriangleMesh& mesh, UpAxis up, const MeshLimits& limits) {
   STANCE_ASSIGN_OR_RETURN(const MeshReport report, CheckMesh(mesh, limits));
   WeldedMesh welded = WeldVertices(mesh);
-  Input input{std::move(welded.mesh), std::move(welded.welded_row), report.warnings, {}, {}};
+  Input input{std::move(welded.mesh), std::move(welded.welded_row), report.warnings};
   input.mesh.positions *= ToYUp(up).transpose();
   return input;
 }
@@ -70,18 +72,32 @@ std::vector<Rotation> TurnedBack(const std::vector<Rotation>& rotations, const E
 
 // The rig in the caller's frame, without weights.
 Rig SkeletonOf(const Input& input, UpAxis up) {
+  const Rig& own = *input.rig.rig;
   Rig rig;
-  rig.joints = input.rig.joints * ToYUp(up);
-  rig.rotations = TurnedBack(input.rig.rotations, ToYUp(up));
-  rig.confidence = input.rig.confidence;
+  rig.joints = own.joints * ToYUp(up);
+  rig.rotations = TurnedBack(own.rotations, ToYUp(up));
+  rig.confidence = own.confidence;
   return rig;
+}
+
+// (V, J) of the welded mesh, from the cache if they are there.
+absl::StatusOr<RowMatrix> SmoothWeights(const LoadedMethod& method, const Input& input,
+                                        const TransferOptions& options) {
+  const CachedRig& known = input.rig;
+  if (known.smooth != nullptr && known.smoothing == options.smoothing) return *known.smooth;
+  STANCE_ASSIGN_OR_RETURN(RowMatrix weights,
+                          method.MakeWeightSmoother(options)->Smooth(input.mesh, *known.rig));
+  if (input.cache != nullptr) {
+    input.cache->Put(method.id(), input.mesh,
+                     {known.rig, std::make_shared<const RowMatrix>(weights), options.smoothing});
+  }
+  return weights;
 }
 
 // The rig in the caller's frame, smooth, with a row for each of the file's vertices.
 absl::StatusOr<Rig> FinishRig(const LoadedMethod& method, const Input& input, UpAxis up,
                               const TransferOptions& options) {
-  STANCE_ASSIGN_OR_RETURN(RowMatrix weights,
-                          method.MakeWeightSmoother(options)->Smooth(input.mesh, input.rig));
+  STANCE_ASSIGN_OR_RETURN(RowMatrix weights, SmoothWeights(method, input, options));
   LimitInfluences(weights, options.max_influences);
   Rig rig = SkeletonOf(input, up);
   rig.weights = Unweld(weights, input.welded_row);
@@ -101,6 +117,26 @@ PhaseSeconds Sum(const PhaseSeconds& a, const PhaseSeconds& b) {
           a.weights + b.weights, a.deform + b.deform,     a.total + b.total};
 }
 
+// A tetrahedron the size of a body: any mesh warms the networks.
+TriangleMesh WarmUpMesh() {
+  TriangleMesh mesh;
+  mesh.positions.resize(4, 3);
+  mesh.positions << 0, 0, 0, 1, 0, 0, 0, 1.7f, 0, 0, 0, 1;
+  mesh.faces.resize(4, 3);
+  mesh.faces << 0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2;
+  return mesh;
+}
+
+}  // namespace
+
+struct RiggedSource {
+  uint64_t method = 0;  // the id of the one that rigged it
+  Input input;          // without seconds
+  Rig rig;              // in the caller's frame, smooth, with a row for each of the file's vertices
+};
+
+namespace {
+
 class PipelineImpl : public Pipeline {
  public:
   // REQUIRES: at least one method, none twice.
@@ -108,27 +144,14 @@ class PipelineImpl : public Pipeline {
       : options_(options), methods_(std::move(methods)) {
     for (const auto& method : methods_) models_.push_back(method->info());
   }
+  ~PipelineImpl() override {
+    if (options_.rig_cache == nullptr) return;
+    for (const auto& method : methods_) options_.rig_cache->Drop(method->id());
+  }
 
   std::vector<absl::StatusOr<TransferResult>> TransferBatch(
       std::span<const TransferJob> jobs) const override {
-    std::vector<MeshJob> meshes;
-    for (const TransferJob& job : jobs) {
-      meshes.push_back({job.source, job.options.source_up, &job.options, &job.given_up, "source"});
-      meshes.push_back({job.reference, job.options.reference_up, &job.options, &job.given_up, "reference"});
-    }
-    const std::vector<absl::StatusOr<Input>> inputs = RigAll(meshes);
-    std::vector<absl::StatusOr<TransferResult>> results(jobs.size(), absl::InternalError("not run"));
-    // Several jobs share the threads, one has them all.
-    const int threads = jobs.size() > 1 ? 1 : options_.threads;
-    ForEach(jobs.size(), [&](int64_t i) {
-      const auto &source = inputs[2 * i], &reference = inputs[2 * i + 1];
-      if (!source.ok() || !reference.ok()) {
-        results[i] = source.ok() ? reference.status() : source.status();
-        return;
-      }
-      results[i] = TransferOne(jobs[i], *source, *reference, threads);
-    });
-    return results;
+    return TransferAll(jobs, options_.rig_cache.get());
   }
 
   std::vector<absl::StatusOr<RigResult>> RigBatch(std::span<const RigJob> jobs) const override {
@@ -136,7 +159,7 @@ class PipelineImpl : public Pipeline {
     for (const RigJob& job : jobs) {
       meshes.push_back({job.mesh, job.options.source_up, &job.options, &job.given_up, "mesh"});
     }
-    const std::vector<absl::StatusOr<Input>> inputs = RigAll(meshes);
+    const std::vector<absl::StatusOr<Input>> inputs = RigAll(meshes, options_.rig_cache.get());
     std::vector<absl::StatusOr<RigResult>> results(jobs.size(), absl::InternalError("not run"));
     ForEach(jobs.size(), [&](int64_t i) {
       if (!inputs[i].ok()) {
@@ -146,6 +169,32 @@ class PipelineImpl : public Pipeline {
       results[i] = RigOne(jobs[i], *inputs[i]);
     });
     return results;
+  }
+
+  std::vector<absl::StatusOr<RigSourceResult>> RigSources(std::span<const RigJob> jobs) const override {
+    std::vector<MeshJob> meshes;
+    for (const RigJob& job : jobs) {
+      meshes.push_back({job.mesh, job.options.source_up, &job.options, &job.given_up, "source"});
+    }
+    std::vector<absl::StatusOr<Input>> inputs = RigAll(meshes, options_.rig_cache.get());
+    std::vector<absl::StatusOr<RigSourceResult>> results(jobs.size(), absl::InternalError("not run"));
+    ForEach(jobs.size(), [&](int64_t i) {
+      if (!inputs[i].ok()) {
+        results[i] = inputs[i].status();
+        return;
+      }
+      results[i] = RigSource(jobs[i], *std::move(inputs[i]));
+    });
+    return results;
+  }
+
+  absl::Status WarmUp() const override {
+    const TriangleMesh mesh = WarmUpMesh();
+    for (const ModelInfo& model : models_) {
+      const TransferJob job{&mesh, &mesh, {.method = model.method}};
+      STANCE_RETURN_IF_ERROR(TransferAll({&job, 1}, nullptr)[0].status());
+    }
+    return absl::OkStatus();
   }
 
   const std::vector<ModelInfo>& models() const override { return models_; }
@@ -175,6 +224,44 @@ class PipelineImpl : public Pipeline {
     return nullptr;
   }
 
+  // What RigSources made of the job's source, if it serves here.
+  const RiggedSource* RiggedBefore(const TransferJob& job) const {
+    const LoadedMethod* method = FindMethod(job.options);
+    const bool ours = job.rigged != nullptr && method != nullptr && job.rigged->method == method->id();
+    return ours ? job.rigged.get() : nullptr;
+  }
+
+  std::vector<absl::StatusOr<TransferResult>> TransferAll(std::span<const TransferJob> jobs,
+                                                          RigCache* cache) const {
+    std::vector<MeshJob> meshes;
+    std::vector<size_t> reference_row(jobs.size());  // of meshes; the source's, if it is there, comes before
+    for (size_t i = 0; i < jobs.size(); ++i) {
+      const TransferJob& job = jobs[i];
+      if (RiggedBefore(job) == nullptr) {
+        meshes.push_back({job.source, job.options.source_up, &job.options, &job.given_up, "source"});
+      }
+      reference_row[i] = meshes.size();
+      meshes.push_back({job.reference, job.options.reference_up, &job.options, &job.given_up, "reference"});
+    }
+    const std::vector<absl::StatusOr<Input>> inputs = RigAll(meshes, cache);
+    std::vector<absl::StatusOr<TransferResult>> results(jobs.size(), absl::InternalError("not run"));
+    // Several jobs share the threads, one has them all.
+    const int threads = jobs.size() > 1 ? 1 : options_.threads;
+    ForEach(jobs.size(), [&](int64_t i) {
+      const RiggedSource* rigged = RiggedBefore(jobs[i]);
+      const auto& reference = inputs[reference_row[i]];
+      const absl::Status source =
+          rigged == nullptr ? inputs[reference_row[i] - 1].status() : absl::OkStatus();
+      if (!source.ok() || !reference.ok()) {
+        results[i] = source.ok() ? reference.status() : source;
+        return;
+      }
+      const Input& input = rigged == nullptr ? *inputs[reference_row[i] - 1] : rigged->input;
+      results[i] = TransferOne(jobs[i], input, *reference, rigged, threads);
+    });
+    return results;
+  }
+
   absl::Status CheckJob(const TransferOptions& options) const {
     if (FindMethod(options) == nullptr) {
       std::vector<std::string> loaded;
@@ -186,7 +273,7 @@ class PipelineImpl : public Pipeline {
   }
 
   // Checks every mesh, and rigs the good ones, those of a method in one pass through its networks.
-  std::vector<absl::StatusOr<Input>> RigAll(const std::vector<MeshJob>& jobs) const {
+  std::vector<absl::StatusOr<Input>> RigAll(const std::vector<MeshJob>& jobs, RigCache* cache) const {
     Stopwatch watch;
     std::vector<absl::StatusOr<Input>> inputs(jobs.size(), absl::InternalError("not run"));
     ForEach(jobs.size(), [&](int64_t i) {
@@ -213,32 +300,65 @@ class PipelineImpl : public Pipeline {
           rows.push_back(i);
         }
       }
-      if (!rows.empty()) RigSome(*method, jobs, rows, check, inputs);
+      if (!rows.empty()) RigSome(*method, jobs, rows, check, cache, inputs);
     }
     return inputs;
   }
 
+  // Gives the inputs in `rows` what the cache knows of them and returns the rows of the others, each with
+  // those of equal meshes behind it.
+  static std::vector<std::vector<size_t>> FindKnown(const LoadedMethod& method,
+                                                    const std::vector<size_t>& rows, RigCache& cache,
+                                                    std::vector<absl::StatusOr<Input>>& inputs) {
+    std::vector<std::vector<size_t>> unknown;
+    for (const size_t row : rows) {
+      Input& input = *inputs[row];
+      const auto equal = std::find_if(unknown.begin(), unknown.end(), [&](const std::vector<size_t>& group) {
+        return SameSurface(inputs[group.front()]->mesh, input.mesh);
+      });
+      if (equal != unknown.end()) {
+        equal->push_back(row);
+      } else if (auto known = cache.Find(method.id(), input.mesh)) {
+        input.rig = *std::move(known);
+      } else {
+        unknown.push_back({row});
+      }
+    }
+    return unknown;
+  }
+
   // Rigs the inputs in `rows`, all of which are good, together. `check`: seconds spent on each so far.
   static void RigSome(const LoadedMethod& method, const std::vector<MeshJob>& jobs,
-                      const std::vector<size_t>& rows, double check,
+                      const std::vector<size_t>& rows, double check, RigCache* cache,
                       std::vector<absl::StatusOr<Input>>& inputs) {
+    for (const size_t row : rows) {
+      inputs[row]->cache = cache;
+      inputs[row]->seconds = {.check = check, .total = check};
+    }
+    std::vector<std::vector<size_t>> groups;
+    if (cache != nullptr) {
+      groups = FindKnown(method, rows, *cache, inputs);
+    } else {
+      for (const size_t row : rows) groups.push_back({row});
+    }
+    if (groups.empty()) return;
     std::vector<const TriangleMesh*> meshes;
-    for (const size_t row : rows) meshes.push_back(&inputs[row]->mesh);
+    for (const auto& group : groups) meshes.push_back(&inputs[group.front()]->mesh);
     PhaseSeconds seconds;
     auto rigs = method.rigger().RigMeshes(meshes, seconds);
-    const double share = 1.0 / static_cast<double>(rows.size());
+    const double share = 1.0 / static_cast<double>(groups.size());
     seconds = {.check = check, .resample = seconds.resample * share, .network = seconds.network * share};
     seconds.total = seconds.check + seconds.resample + seconds.network;
-    for (size_t i = 0; i < rows.size(); ++i) {
-      auto& input = inputs[rows[i]];
-      if (!rigs.ok()) {
-        input = rigs.status();
-      } else if (const absl::Status fit = CheckRig((*rigs)[i]); !fit.ok()) {
-        input = Prefixed(jobs[rows[i]].field, fit);
-      } else {
-        input->rig = std::move((*rigs)[i]);
-        input->seconds = seconds;
+    for (size_t i = 0; i < groups.size(); ++i) {
+      const absl::Status fit = rigs.ok() ? CheckRig((*rigs)[i]) : rigs.status();
+      if (!fit.ok()) {
+        for (const size_t row : groups[i]) inputs[row] = rigs.ok() ? Prefixed(jobs[row].field, fit) : fit;
+        continue;
       }
+      const CachedRig rig{std::make_shared<const Rig>(std::move((*rigs)[i]))};
+      if (cache != nullptr) cache->Put(method.id(), *meshes[i], rig);
+      for (const size_t row : groups[i]) inputs[row]->rig = rig;
+      inputs[groups[i].front()]->seconds = seconds;
     }
   }
 
@@ -256,6 +376,23 @@ class PipelineImpl : public Pipeline {
     return result;
   }
 
+  absl::StatusOr<RigSourceResult> RigSource(const RigJob& job, Input input) const {
+    STANCE_RETURN_IF_ERROR(CheckWanted(job.given_up));
+    const LoadedMethod& method = *FindMethod(job.options);
+    Stopwatch watch;
+    auto rigged = std::make_shared<RiggedSource>();
+    rigged->method = method.id();
+    STANCE_ASSIGN_OR_RETURN(rigged->rig, FinishRig(method, input, job.options.source_up, job.options));
+    RigSourceResult result;
+    result.seconds = input.seconds;
+    result.seconds.weights = watch.Lap();
+    result.seconds.total += result.seconds.weights;
+    input.seconds = {};
+    rigged->input = std::move(input);
+    result.rigged = std::move(rigged);
+    return result;
+  }
+
   // What gives the source the pose: global rotations, source -> target, and the vertices' places where the
   // method has a deformer of its own. Of the welded mesh, y up.
   struct Pose {
@@ -264,7 +401,7 @@ class PipelineImpl : public Pipeline {
   };
 
   Pose SolvePose(const PoseSolver& solver, const Input& source, const Input& reference) const {
-    return {solver.Solve(skeleton(), source.mesh, source.rig, reference.mesh, reference.rig)};
+    return {solver.Solve(skeleton(), source.mesh, *source.rig.rig, reference.mesh, *reference.rig.rig)};
   }
 
   // `weights`: of the source's file. The rotations are those that the deformed vertices show.
@@ -272,8 +409,8 @@ class PipelineImpl : public Pipeline {
                                     const RowMatrix& weights, int threads) const {
     const TriangleMesh& mesh = source.mesh;
     const RowMatrix welded = Weld(weights, source.welded_row, mesh.vertex_count());
-    STANCE_ASSIGN_OR_RETURN(Points moved,
-                            deformer.Deform(mesh.positions, welded, source.rig, reference.rig, threads));
+    STANCE_ASSIGN_OR_RETURN(
+        Points moved, deformer.Deform(mesh.positions, welded, *source.rig.rig, *reference.rig.rig, threads));
     if (!moved.allFinite()) return absl::InternalError("the deformed mesh is not finite");
     const Eigen::VectorXd mass = VertexAreas(mesh.positions, mesh.faces);
     std::vector<Rotation> rotations = FitRotations(skeleton(), {mesh.positions, moved, welded, mass});
@@ -292,7 +429,8 @@ class PipelineImpl : public Pipeline {
 
   // The transforms of the pose, in the source's own frame.
   std::vector<AffineTransform> TransformsOf(const Pose& pose, const Input& source, UpAxis up) const {
-    std::vector<AffineTransform> transforms = PoseTransforms(skeleton(), source.rig.joints, pose.rotations);
+    std::vector<AffineTransform> transforms =
+        PoseTransforms(skeleton(), source.rig.rig->joints, pose.rotations);
     const Eigen::Matrix3f to_y_up = ToYUp(up);
     for (AffineTransform& transform : transforms) {
       transform.linear = to_y_up.transpose() * transform.linear * to_y_up;
@@ -310,8 +448,10 @@ class PipelineImpl : public Pipeline {
     for (AffineTransform& transform : result.transforms) transform.translation += rise * up;
   }
 
+  // `rigged`: where the source comes from, if it was rigged before.
   absl::StatusOr<TransferResult> TransferOne(const TransferJob& job, const Input& source,
-                                             const Input& reference, int threads) const {
+                                             const Input& reference, const RiggedSource* rigged,
+                                             int threads) const {
     STANCE_RETURN_IF_ERROR(CheckWanted(job.given_up));
     const TransferOptions& options = job.options;
     const LoadedMethod& method = *FindMethod(options);
@@ -326,7 +466,11 @@ class PipelineImpl : public Pipeline {
     }
     STANCE_RETURN_IF_ERROR(CheckWanted(job.given_up));
 
-    STANCE_ASSIGN_OR_RETURN(result.source_rig, FinishRig(method, source, options.source_up, options));
+    if (rigged != nullptr) {
+      result.source_rig = rigged->rig;
+    } else {
+      STANCE_ASSIGN_OR_RETURN(result.source_rig, FinishRig(method, source, options.source_up, options));
+    }
     if (options.reference_weights) {
       STANCE_ASSIGN_OR_RETURN(result.reference_rig,
                               FinishRig(method, reference, options.reference_up, options));
@@ -343,7 +487,7 @@ class PipelineImpl : public Pipeline {
       STANCE_ASSIGN_OR_RETURN(pose,
                               DeformedPose(*deformer, source, reference, result.source_rig.weights, threads));
     }
-    Face(options.facing, source.rig, pose);
+    Face(options.facing, *source.rig.rig, pose);
     result.transforms = TransformsOf(pose, source, options.source_up);
     result.target = *job.source;
     DropBrokenAttributes(result.target);
@@ -377,30 +521,12 @@ class PipelineImpl : public Pipeline {
   std::vector<ModelInfo> models_;                             // theirs
 };
 
-// A tetrahedron the size of a body: any mesh warms the networks.
-TriangleMesh WarmUpMesh() {
-  TriangleMesh mesh;
-  mesh.positions.resize(4, 3);
-  mesh.positions << 0, 0, 0, 1, 0, 0, 0, 1.7f, 0, 0, 0, 1;
-  mesh.faces.resize(4, 3);
-  mesh.faces << 0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2;
-  return mesh;
-}
-
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Pipeline>> Pipeline::Load(const std::vector<std::filesystem::path>& folders,
                                                          const PipelineOptions& options) {
   STANCE_ASSIGN_OR_RETURN(std::vector<std::unique_ptr<LoadedMethod>> methods, LoadMethods(folders, options));
   return std::make_unique<PipelineImpl>(std::move(methods), options);
-}
-
-absl::Status Pipeline::WarmUp() const {
-  const TriangleMesh mesh = WarmUpMesh();
-  for (const ModelInfo& model : models()) {
-    STANCE_RETURN_IF_ERROR(Transfer(mesh, mesh, {.method = model.method}).status());
-  }
-  return absl::OkStatus();
 }
 
 absl::StatusOr<TransferResult> Pipeline::Transfer(const TriangleMesh& source, const TriangleMesh& reference,

@@ -17,6 +17,10 @@
 
 namespace stance {
 
+class RigCache;
+// A source that was rigged once, for the transfer of many references. Immutable.
+struct RiggedSource;
+
 // One mesh with its skeleton and smooth weights. Joints are in the mesh's own frame and unit.
 struct RigResult {
   Rig rig;
@@ -49,6 +53,9 @@ struct TransferJob {
   const TriangleMesh* reference = nullptr;
   TransferOptions options;
   GivenUp given_up{};
+  // What RigSources made of the same source with the same options (reference_up may differ): then it isn't
+  // rigged again. Null, or of another pipeline: it is.
+  std::shared_ptr<const RiggedSource> rigged{};
 };
 
 struct RigJob {
@@ -57,12 +64,20 @@ struct RigJob {
   GivenUp given_up{};
 };
 
+struct RigSourceResult {
+  std::shared_ptr<const RiggedSource> rigged;
+  PhaseSeconds seconds;
+};
+
 struct PipelineOptions {
   // Threads one call may use. workers x threads should not exceed CpuQuota().
   int threads = 1;
   // Let the networks see every vertex in place of the model's number of samples (paper A's own way). Slower,
   // and worse on meshes whose vertices aren't as dense as the samples that the model was trained on.
   bool full_resolution = false;
+  // Keeps the rigs of meshes in case that they come again; several pipelines may share it. Null: none are
+  // kept.
+  std::shared_ptr<RigCache> rig_cache{};
 };
 
 struct ModelInfo {
@@ -98,15 +113,18 @@ class Pipeline {
   virtual std::vector<absl::StatusOr<TransferResult>> TransferBatch(
       std::span<const TransferJob> jobs) const = 0;
   virtual std::vector<absl::StatusOr<RigResult>> RigBatch(std::span<const RigJob> jobs) const = 0;
+  // For TransferJob::rigged. Errors as TransferBatch's about a source.
+  virtual std::vector<absl::StatusOr<RigSourceResult>> RigSources(std::span<const RigJob> jobs) const = 0;
 
   // At least one. The first is that of the default method: kStance if there is one, otherwise the first
   // loaded.
   virtual const std::vector<ModelInfo>& models() const = 0;
   virtual const Skeleton& skeleton() const = 0;
 
-  // Transfers a small mesh with each model, so that this thread's first callers don't pay for what OpenMP and
-  // the networks set up once for each thread that calls them. What Transfer fails with, if it does.
-  absl::Status WarmUp() const;
+  // Transfers a small mesh with each model, past the cache, so that this thread's first callers don't pay for
+  // what OpenMP and the networks set up once for each thread that calls them. What Transfer fails with, if it
+  // does.
+  virtual absl::Status WarmUp() const = 0;
 
   absl::StatusOr<TransferResult> Transfer(const TriangleMesh& source, const TriangleMesh& reference,
                                           const TransferOptions& options = {}) const;

@@ -298,7 +298,7 @@ TEST(EncodeTransferTest, HoldsOnlyWhatWasAskedFor) {
   const v1::TransferRequest request = GoodTransfer();
   const TransferPlan plan = PlanTransfer(request, catalog).value();
   v1::TransferResponse response;
-  ASSERT_TRUE(EncodeTransfer(plan, SomeResult(), catalog, request, &response).ok());
+  ASSERT_TRUE(EncodeTransfer(plan, SomeResult(), catalog, request.source().up_axis(), &response).ok());
   EXPECT_EQ(response.target().arrays().positions().size(), 8u * 12u);
   EXPECT_FALSE(response.has_source_skeleton());
   EXPECT_FALSE(response.has_weights());
@@ -320,7 +320,7 @@ TEST(EncodeTransferTest, HoldsEverythingThatWasAskedFor) {
   request.mutable_options()->set_target_format(v1::OUTPUT_FORMAT_OBJ);
   const TransferPlan plan = PlanTransfer(request, catalog).value();
   v1::TransferResponse response;
-  ASSERT_TRUE(EncodeTransfer(plan, SomeResult(), catalog, request, &response).ok());
+  ASSERT_TRUE(EncodeTransfer(plan, SomeResult(), catalog, request.source().up_axis(), &response).ok());
   EXPECT_EQ(response.target().up_axis(), v1::UP_AXIS_Z);
   const absl::StatusOr<TriangleMesh> target = DecodeMesh(response.target(), "target");
   ASSERT_TRUE(target.ok()) << target.status();
@@ -348,8 +348,9 @@ TEST(EncodeTransferTest, ConfidenceIsUnsetWhereItIsNotKnown) {
   result.confidence.reset();
   result.source_rig.confidence.resize(0);
   v1::TransferResponse response;
-  ASSERT_TRUE(
-      EncodeTransfer(PlanTransfer(request, catalog).value(), result, catalog, request, &response).ok());
+  ASSERT_TRUE(EncodeTransfer(PlanTransfer(request, catalog).value(), result, catalog,
+                             request.source().up_axis(), &response)
+                  .ok());
   EXPECT_FALSE(response.has_confidence());
   EXPECT_EQ(response.source_skeleton().confidence_size(), 0);
 }

@@ -69,6 +69,21 @@ TEST(MetricsTest, CountsModelReloadsByResult) {
   EXPECT_THAT(metrics.Page(), HasSubstr("stance_model_reload_success 1"));
 }
 
+TEST(MetricsTest, ReadsTheRigCacheAtEachScrape) {
+  Metrics metrics;
+  EXPECT_THAT(metrics.Page(), HasSubstr("stance_rig_cache_hits_total 0"));
+  RigCache::Stats stats{.hits = 3, .misses = 5, .evictions = 2, .entries = 4, .bytes = 700};
+  metrics.SetRigCacheSource([&stats] { return stats; });
+  metrics.Page();
+  stats.hits = 8;
+  const std::string page = metrics.Page();
+  EXPECT_THAT(page, HasSubstr("stance_rig_cache_hits_total 8"));
+  EXPECT_THAT(page, HasSubstr("stance_rig_cache_misses_total 5"));
+  EXPECT_THAT(page, HasSubstr("stance_rig_cache_evictions_total 2"));
+  EXPECT_THAT(page, HasSubstr("stance_rig_cache_entries 4"));
+  EXPECT_THAT(page, HasSubstr("stance_rig_cache_bytes 700"));
+}
+
 TEST(MetricsTest, ReadsTheQueueAtEachScrape) {
   Metrics metrics;
   int64_t waiting = 4;

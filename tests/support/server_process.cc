@@ -26,6 +26,8 @@ ServerProcess::ServerProcess(const std::vector<std::string>& arguments, const st
                                       "--server-lame-duck-seconds",
                                       "0"};
   command.insert(command.end(), arguments.begin(), arguments.end());
+  // Many a test sends a mesh again because it takes long. A flag goes before this.
+  setenv("STANCE_INFERENCE_RIG_CACHE_BYTES", "0", /*overwrite=*/0);
   program_ = std::make_unique<BackgroundProgram>(command, log_file_);
   const std::string prefix = "listening on ";
   const std::string line = program_->ReadLine();

@@ -11,8 +11,8 @@ namespace stance::testing {
 
 class ServerProcess {
  public:
-  // Starts the built server with `model`, by default the untrained one, on a free port of the loopback
-  // interface and waits until it listens. `arguments` come after those, e.g.
+  // Starts the built server with `model`, by default the untrained one, and no rig cache on a free port of
+  // the loopback interface and waits until it listens. `arguments` come after those, e.g.
   // {"--batching-max-queued-requests", "1"}.
   explicit ServerProcess(const std::vector<std::string>& arguments = {},
                          const std::string& model = STANCE_UNTRAINED_MODEL);
