@@ -2,9 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "core/base/status.h"
+#include "core/mesh/triangle_mesh.h"
 #include "core/skeleton/bone_names.h"
 #include "core/transfer/pipeline.h"
 
@@ -32,6 +36,11 @@ struct TransferAnswer {
   ServiceSeconds service;
   std::string request_id;  // empty in this process
 };
+
+// The references of an animation, one at each call; nothing at the end. May be called on another thread.
+using NextReference = std::function<std::optional<TriangleMesh>()>;
+// Takes the answers of an animation, in the order of their references.
+using TakeAnswer = std::function<void(absl::StatusOr<TransferAnswer>)>;
 
 struct RigAnswer {
   JointTree joints;
@@ -65,6 +74,7 @@ struct ServerInfo {
   int64_t max_queued_requests_per_client = 0;  // 0: no such bound
   int64_t max_batch_requests = 0;
   int64_t max_batch_vertices = 0;
+  int64_t max_stream_references = 0;  // of an animation, read and not yet answered
 };
 
 }  // namespace stance

@@ -3,10 +3,13 @@
 #include <grpcpp/channel.h>
 #include <grpcpp/client_context.h>
 
+#include <optional>
+#include <thread>
 #include <utility>
 
 #include "client/request.h"
 #include "client/response.h"
+#include "google/rpc/status.pb.h"
 #include "stance/v1/pose_transfer.grpc.pb.h"
 #include "stance/v1/server_info.grpc.pb.h"
 
@@ -55,6 +58,36 @@ absl::StatusOr<TransferAnswer> StanceClient::Transfer(const TriangleMesh& source
   const grpc::Status status = stubs_->transfer->Transfer(&context, request, &response);
   if (!status.ok()) return FromGrpcStatus(status);
   return ReadTransferResponse(response, source);
+}
+
+absl::Status StanceClient::Animate(const TriangleMesh& source, const NextReference& next,
+                                   const TakeAnswer& take, const TransferOptions& options,
+                                   const CallOptions& call) const {
+  grpc::ClientContext context;
+  Prepare(call, stubs_->token, &context);
+  const auto stream = stubs_->transfer->Animate(&context);
+  // The server reads on only as far as it is read from.
+  std::jthread writer([&] {
+    bool open = stream->Write(MakeAnimateStart(source, options, call));
+    while (open) {
+      const std::optional<TriangleMesh> reference = next();
+      if (!reference) break;
+      open = stream->Write(MakeAnimateReference(*reference, options));
+    }
+    stream->WritesDone();
+  });
+  v1::AnimateResponse response;
+  while (stream->Read(&response)) {
+    if (response.has_transfer()) {
+      take(ReadTransferResponse(response.transfer(), source));
+    } else {
+      const google::rpc::Status& error = response.error();
+      take(FromGrpcStatus(grpc::Status(static_cast<grpc::StatusCode>(error.code()), error.message(),
+                                       error.SerializeAsString())));
+    }
+  }
+  writer.join();
+  return FromGrpcStatus(stream->Finish());
 }
 
 absl::StatusOr<RigAnswer> StanceClient::Rig(const TriangleMesh& mesh, const TransferOptions& options,

@@ -44,6 +44,12 @@ class StanceClient {
                                           const TransferOptions& options = {},
                                           const CallOptions& call = {}) const;
 
+  // The source in the pose of each reference; the source is rigged once. A reference that can't be answered
+  // has an error of its own. The status is that of the whole: what is wrong with the source, or ends the
+  // stream. `call.timeout` is for all of it; nothing is retried once the first answer has come.
+  absl::Status Animate(const TriangleMesh& source, const NextReference& next, const TakeAnswer& take,
+                       const TransferOptions& options = {}, const CallOptions& call = {}) const;
+
   // Skeleton and weights of one mesh.
   absl::StatusOr<RigAnswer> Rig(const TriangleMesh& mesh, const TransferOptions& options = {},
                                 const CallOptions& call = {}) const;

@@ -87,29 +87,53 @@ void GeometryToWire(const TriangleMesh& mesh, UpAxis up, v1::Mesh* wire) {
   wire->set_up_axis(UpAxisToWire(up));
 }
 
+// The target and what is known of it, without weights.
+void TransferOptionsToWire(const TransferOptions& options, const CallOptions& call,
+                           v1::TransferOptions* wire) {
+  OptionsToWire(options, call, wire);
+  wire->add_outputs(v1::TRANSFER_OUTPUT_TARGET);
+  wire->add_outputs(v1::TRANSFER_OUTPUT_SKELETONS);
+  wire->add_outputs(v1::TRANSFER_OUTPUT_TRANSFORMS);
+  wire->set_twist(TwistToWire(options.twist));
+  wire->set_facing(FacingToWire(options.facing));
+  wire->set_ground(GroundToWire(options.ground));
+  wire->set_target_format(v1::OUTPUT_FORMAT_ARRAYS);
+}
+
+void SourceToWire(const TriangleMesh& source, UpAxis up, v1::Mesh* wire) {
+  GeometryToWire(source, up, wire);
+  wire->mutable_arrays()->set_normals(source.normals.data(), source.normals.size() * sizeof(float));
+}
+
 }  // namespace
 
 v1::TransferRequest MakeTransferRequest(const TriangleMesh& source, const TriangleMesh& reference,
                                         const TransferOptions& options, const CallOptions& call) {
   v1::TransferRequest request;
-  GeometryToWire(source, options.source_up, request.mutable_source());
-  request.mutable_source()->mutable_arrays()->set_normals(source.normals.data(),
-                                                          source.normals.size() * sizeof(float));
+  SourceToWire(source, options.source_up, request.mutable_source());
   GeometryToWire(reference, options.reference_up, request.mutable_reference());
-  OptionsToWire(options, call, request.mutable_options());
-  request.mutable_options()->add_outputs(v1::TRANSFER_OUTPUT_TARGET);
-  request.mutable_options()->add_outputs(v1::TRANSFER_OUTPUT_SKELETONS);
-  request.mutable_options()->add_outputs(v1::TRANSFER_OUTPUT_TRANSFORMS);
+  TransferOptionsToWire(options, call, request.mutable_options());
   if (call.want_weights) request.mutable_options()->add_outputs(v1::TRANSFER_OUTPUT_WEIGHTS);
   if (options.reference_weights) {
     request.mutable_options()->add_outputs(v1::TRANSFER_OUTPUT_REFERENCE_WEIGHTS);
   }
-  request.mutable_options()->set_twist(TwistToWire(options.twist));
-  request.mutable_options()->set_facing(FacingToWire(options.facing));
-  request.mutable_options()->set_ground(GroundToWire(options.ground));
-  request.mutable_options()->set_target_format(v1::OUTPUT_FORMAT_ARRAYS);
   request.set_request_id(call.request_id);
   return request;
+}
+
+v1::AnimateRequest MakeAnimateStart(const TriangleMesh& source, const TransferOptions& options,
+                                    const CallOptions& call) {
+  v1::AnimateRequest message;
+  SourceToWire(source, options.source_up, message.mutable_start()->mutable_source());
+  TransferOptionsToWire(options, call, message.mutable_start()->mutable_options());
+  message.mutable_start()->set_request_id(call.request_id);
+  return message;
+}
+
+v1::AnimateRequest MakeAnimateReference(const TriangleMesh& reference, const TransferOptions& options) {
+  v1::AnimateRequest message;
+  GeometryToWire(reference, options.reference_up, message.mutable_reference()->mutable_reference());
+  return message;
 }
 
 v1::RigRequest MakeRigRequest(const TriangleMesh& mesh, const TransferOptions& options,

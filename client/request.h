@@ -15,6 +15,11 @@ namespace stance {
 v1::TransferRequest MakeTransferRequest(const TriangleMesh& source, const TriangleMesh& reference,
                                         const TransferOptions& options, const CallOptions& call);
 
+// The same in messages of a stream; the answers hold no weights.
+v1::AnimateRequest MakeAnimateStart(const TriangleMesh& source, const TransferOptions& options,
+                                    const CallOptions& call);
+v1::AnimateRequest MakeAnimateReference(const TriangleMesh& reference, const TransferOptions& options);
+
 v1::RigRequest MakeRigRequest(const TriangleMesh& mesh, const TransferOptions& options,
                               const CallOptions& call);
 

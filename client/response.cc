@@ -151,6 +151,7 @@ ServerInfo ReadServerInfo(const v1::GetServerInfoResponse& response) {
   info.max_queued_requests_per_client = static_cast<int64_t>(limits.max_queued_requests_per_client());
   info.max_batch_requests = limits.max_batch_requests();
   info.max_batch_vertices = static_cast<int64_t>(limits.max_batch_vertices());
+  info.max_stream_references = limits.max_stream_references();
   return info;
 }
 

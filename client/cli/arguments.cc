@@ -74,7 +74,7 @@ void AddBackend(CLI::App* app, BackendArguments* backend) {
       ->needs(local);
 }
 
-void AddOptions(CLI::App* app, TransferOptions* options, std::string* method, BoneNaming* naming) {
+void AddOptions(CLI::App* app, TransferOptions* options, std::string* method) {
   app->add_option("--method", *method,
                   "How to transfer: stance, skeletal or neural; default: the server's, or stance")
       ->type_name("NAME");
@@ -90,6 +90,19 @@ void AddOptions(CLI::App* app, TransferOptions* options, std::string* method, Bo
                   "Most weights per vertex, 0 to 24; 0 keeps all")
       ->type_name("N")
       ->capture_default_str();
+}
+
+// Those that concern a source and a reference.
+void AddPairOptions(CLI::App* app, TransferOptions* options) {
+  AddChoice(app, "--source-up", &options->source_up, kAxes, "The source's up axis; y");
+  AddChoice(app, "--reference-up", &options->reference_up, kAxes, "The reference's up axis; y");
+  AddChoice(app, "--twist", &options->twist, kTwists, "How bones turn about their own axes; paper");
+  AddChoice(app, "--facing", &options->facing, kFacings, "Whose way the target faces; reference");
+  AddChoice(app, "--ground", &options->ground, kGrounds,
+            "Whether the target stands as low as the source; free");
+}
+
+void AddBoneNames(CLI::App* app, BoneNaming* naming) {
   AddChoice(app, "--bone-names", naming, kNamings, "Names of the joints in the files written; smpl");
 }
 
@@ -187,6 +200,15 @@ absl::Status CheckTransfer(const CLI::App& app, const std::string& method, Trans
   return CheckDistinct(all);
 }
 
+absl::Status CheckAnimate(const CLI::App& app, const std::string& method, AnimateArguments* arguments) {
+  STANCE_RETURN_IF_ERROR(CheckBackend(&arguments->backend));
+  STANCE_RETURN_IF_ERROR(CheckOptions(app, method, &arguments->options));
+  if (arguments->format.empty()) arguments->format = Extension(arguments->source).erase(0, 1);
+  const absl::StatusOr<MeshFormat> format = MeshFormatFromName("target." + arguments->format);
+  if (format.ok()) return absl::OkStatus();
+  return Usage(fmt::format("--format: {}: {}", arguments->format, std::string(format.status().message())));
+}
+
 absl::Status CheckRig(const CLI::App& app, const std::string& method, RigArguments* arguments) {
   STANCE_RETURN_IF_ERROR(CheckBackend(&arguments->backend));
   STANCE_RETURN_IF_ERROR(CheckOptions(app, method, &arguments->options));
@@ -233,16 +255,9 @@ absl::StatusOr<Command> ParseArguments(int argc, const char* const* argv) {
       ->allow_extra_args(false)
       ->required();
   AddBackend(transfer_app, &transfer.backend);
-  AddOptions(transfer_app, &transfer.options, &method, &transfer.bone_naming);
-  AddChoice(transfer_app, "--source-up", &transfer.options.source_up, kAxes, "The source's up axis; y");
-  AddChoice(transfer_app, "--reference-up", &transfer.options.reference_up, kAxes,
-            "The reference's up axis; y");
-  AddChoice(transfer_app, "--twist", &transfer.options.twist, kTwists,
-            "How bones turn about their own axes; paper");
-  AddChoice(transfer_app, "--facing", &transfer.options.facing, kFacings,
-            "Whose way the target faces; reference");
-  AddChoice(transfer_app, "--ground", &transfer.options.ground, kGrounds,
-            "Whether the target stands as low as the source; free");
+  AddOptions(transfer_app, &transfer.options, &method);
+  AddBoneNames(transfer_app, &transfer.bone_naming);
+  AddPairOptions(transfer_app, &transfer.options);
   transfer_app
       ->add_option("--min-confidence", transfer.min_confidence,
                    "Exit with 6, outputs written, if the confidence is less or not known; in [0, 1]")
@@ -256,6 +271,24 @@ absl::StatusOr<Command> ParseArguments(int argc, const char* const* argv) {
   transfer_app->add_flag("--quiet", transfer.quiet, "No summary and no warnings");
   transfer_app->add_flag("--json", transfer.json, "The summary as JSON");
 
+  AnimateArguments animate;
+  CLI::App* animate_app =
+      app.add_subcommand("animate", "Write SOURCE in the pose of each REFERENCE, rigging it once");
+  animate_app->add_option("SOURCE", animate.source, "Mesh whose shape is kept")->required();
+  animate_app
+      ->add_option("REFERENCE", animate.references, "Meshes whose poses are taken, or folders of meshes")
+      ->required();
+  animate_app
+      ->add_option("-o,--output", animate.output, "Folder for the targets, each named as its reference")
+      ->type_name("FOLDER")
+      ->required();
+  animate_app->add_option("--format", animate.format, "obj, ply, off, stl or glb; default: the source's")
+      ->type_name("NAME");
+  AddBackend(animate_app, &animate.backend);
+  AddOptions(animate_app, &animate.options, &method);
+  AddPairOptions(animate_app, &animate.options);
+  animate_app->add_flag("--quiet", animate.quiet, "No lines for what was written");
+
   RigArguments rig;
   CLI::App* rig_app = app.add_subcommand("rig", "Write the skeleton and weights of MESH");
   rig_app->add_option("MESH", rig.mesh, "The character")->required();
@@ -264,7 +297,8 @@ absl::StatusOr<Command> ParseArguments(int argc, const char* const* argv) {
       ->allow_extra_args(false)
       ->required();
   AddBackend(rig_app, &rig.backend);
-  AddOptions(rig_app, &rig.options, &method, &rig.bone_naming);
+  AddOptions(rig_app, &rig.options, &method);
+  AddBoneNames(rig_app, &rig.bone_naming);
   AddChoice(rig_app, "--up", &rig.options.source_up, kAxes, "The mesh's up axis; y");
   rig_app->add_option("--weights", rig.weights, "Write the skinning weights (.json .csv)")->type_name("FILE");
   rig_app->add_flag("--quiet", rig.quiet, "No summary and no warnings");
@@ -311,6 +345,10 @@ absl::StatusOr<Command> ParseArguments(int argc, const char* const* argv) {
   if (transfer_app->parsed()) {
     STANCE_RETURN_IF_ERROR(CheckTransfer(*transfer_app, method, &transfer));
     return transfer;
+  }
+  if (animate_app->parsed()) {
+    STANCE_RETURN_IF_ERROR(CheckAnimate(*animate_app, method, &animate));
+    return animate;
   }
   if (rig_app->parsed()) {
     STANCE_RETURN_IF_ERROR(CheckRig(*rig_app, method, &rig));

@@ -38,6 +38,16 @@ struct TransferArguments {
   bool json = false;
 };
 
+struct AnimateArguments {
+  std::string source;
+  std::vector<std::string> references;  // meshes, or folders of meshes; at least one
+  std::string output;                   // the folder for the targets
+  std::string format;                   // "glb"
+  BackendArguments backend;
+  TransferOptions options;
+  bool quiet = false;
+};
+
 struct RigArguments {
   std::string mesh;
   std::vector<std::string> outputs;
@@ -73,8 +83,8 @@ struct TextToPrint {
   std::string text;
 };
 
-using Command = std::variant<TransferArguments, RigArguments, InfoArguments, RenderArguments,
-                             ServerInfoArguments, TextToPrint>;
+using Command = std::variant<TransferArguments, AnimateArguments, RigArguments, InfoArguments,
+                             RenderArguments, ServerInfoArguments, TextToPrint>;
 
 // INVALID_ARGUMENT, in one line that names the option, for anything that docs/cli.md does not allow.
 absl::StatusOr<Command> ParseArguments(int argc, const char* const* argv);

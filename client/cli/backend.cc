@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -34,6 +35,15 @@ class RemoteBackend : public Backend {
     return answer;
   }
 
+  absl::Status Animate(const TriangleMesh& source, const TransferOptions& options, const NextReference& next,
+                       const TakeAnswer& take) override {
+    const auto take_named = [&](absl::StatusOr<TransferAnswer> answer) {
+      if (!answer.ok()) return take(ServerError(answer.status()));
+      take(std::move(answer));
+    };
+    return ServerError(client_->Animate(source, next, take_named, options, call_));
+  }
+
   absl::StatusOr<RigAnswer> Rig(const TriangleMesh& mesh, const TransferOptions& options) override {
     auto answer = client_->Rig(mesh, options, call_);
     if (!answer.ok()) return ServerError(answer.status());
@@ -56,6 +66,25 @@ class LocalBackend : public Backend {
     if (!want_weights) answer.result.source_rig.weights.resize(0, 0);
     answer.joints = Joints();
     return answer;
+  }
+
+  absl::Status Animate(const TriangleMesh& source, const TransferOptions& options, const NextReference& next,
+                       const TakeAnswer& take) override {
+    const RigJob rig{&source, options};
+    STANCE_ASSIGN_OR_RETURN(const RigSourceResult rigged, std::move(pipeline_->RigSources({&rig, 1})[0]));
+    while (const std::optional<TriangleMesh> reference = next()) {
+      const TransferJob job{&source, &*reference, options, {}, rigged.rigged};
+      absl::StatusOr<TransferResult> result = std::move(pipeline_->TransferBatch({&job, 1})[0]);
+      if (!result.ok()) {
+        take(result.status());
+        continue;
+      }
+      TransferAnswer answer;
+      answer.result = *std::move(result);
+      answer.joints = Joints();
+      take(std::move(answer));
+    }
+    return absl::OkStatus();
   }
 
   absl::StatusOr<RigAnswer> Rig(const TriangleMesh& mesh, const TransferOptions& options) override {

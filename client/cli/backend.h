@@ -19,6 +19,9 @@ class Backend {
   // Joints have the skeleton's own names. The answer has weights if `want_weights`; the reference's never.
   virtual absl::StatusOr<TransferAnswer> Transfer(const TriangleMesh& source, const TriangleMesh& reference,
                                                   const TransferOptions& options, bool want_weights) = 0;
+  // As StanceClient::Animate. Joints have the skeleton's own names.
+  virtual absl::Status Animate(const TriangleMesh& source, const TransferOptions& options,
+                               const NextReference& next, const TakeAnswer& take) = 0;
   virtual absl::StatusOr<RigAnswer> Rig(const TriangleMesh& mesh, const TransferOptions& options) = 0;
 };
 

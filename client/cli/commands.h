@@ -8,6 +8,7 @@
 namespace stance {
 
 absl::Status RunTransfer(const TransferArguments& arguments);
+absl::Status RunAnimate(const AnimateArguments& arguments);
 absl::Status RunRig(const RigArguments& arguments);
 absl::Status RunInfo(const InfoArguments& arguments);
 absl::Status RunRender(const RenderArguments& arguments);

@@ -99,7 +99,8 @@ absl::Status RunServerInfo(const ServerInfoArguments& arguments) {
              {"max_queued_vertices", info.max_queued_vertices},
              {"max_queued_requests_per_client", info.max_queued_requests_per_client},
              {"max_batch_requests", info.max_batch_requests},
-             {"max_batch_vertices", info.max_batch_vertices}}}});
+             {"max_batch_vertices", info.max_batch_vertices},
+             {"max_stream_references", info.max_stream_references}}}});
     return absl::OkStatus();
   }
   Print("server      {}\nversion     {}\n", arguments.backend.server, info.version);
@@ -117,6 +118,7 @@ absl::Status RunServerInfo(const ServerInfoArguments& arguments) {
     Print("client      at most {} requests in the queue\n", info.max_queued_requests_per_client);
   }
   Print("batch       at most {} requests, {} vertices\n", info.max_batch_requests, info.max_batch_vertices);
+  Print("animate     at most {} references in flight\n", info.max_stream_references);
   return absl::OkStatus();
 }
 

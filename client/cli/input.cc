@@ -11,13 +11,6 @@
 namespace stance {
 namespace {
 
-absl::Status WithText(const absl::Status& status, const std::string& text) {
-  absl::Status renamed(status.code(), text);
-  status.ForEachPayload(
-      [&](const auto& url, const absl::Cord& payload) { renamed.SetPayload(url, payload); });
-  return renamed;
-}
-
 absl::Status WithPath(const absl::Status& status, const std::string& path) {
   const std::string text(status.message());
   return text.find(path) != std::string::npos ? status : WithText(status, path + ": " + text);
@@ -38,6 +31,13 @@ absl::StatusOr<MeshReport> CheckInput(const std::string& path, const TriangleMes
   absl::StatusOr<MeshReport> report = CheckMesh(mesh, limits);
   if (!report.ok()) return WithPath(report.status(), path);
   return report;
+}
+
+absl::Status WithText(const absl::Status& status, const std::string& text) {
+  absl::Status renamed(status.code(), text);
+  status.ForEachPayload(
+      [&](const auto& url, const absl::Cord& payload) { renamed.SetPayload(url, payload); });
+  return renamed;
 }
 
 absl::Status NameFile(const absl::Status& status,

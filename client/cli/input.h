@@ -17,6 +17,9 @@ absl::StatusOr<TriangleMesh> ReadInput(const std::string& path);
 // CheckMesh without limits on the size, its error beginning with the path.
 absl::StatusOr<MeshReport> CheckInput(const std::string& path, const TriangleMesh& mesh);
 
+// The same status, code and payloads, with another text.
+absl::Status WithText(const absl::Status& status, const std::string& text);
+
 // The same status, code and payloads, its text "PATH: source: ..." where it begins with the field "source"
 // (or "source.…") and `files` has {"source", PATH}.
 absl::Status NameFile(const absl::Status& status,

@@ -20,6 +20,7 @@ absl::Status Run(int argc, const char* const* argv) {
   const absl::StatusOr<Command> command = ParseArguments(argc, argv);
   if (!command.ok()) return UsageError(command.status());
   return std::visit(Overloaded{[](const TransferArguments& a) { return RunTransfer(a); },
+                               [](const AnimateArguments& a) { return RunAnimate(a); },
                                [](const RigArguments& a) { return RunRig(a); },
                                [](const InfoArguments& a) { return RunInfo(a); },
                                [](const RenderArguments& a) { return RunRender(a); },

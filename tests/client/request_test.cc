@@ -57,6 +57,23 @@ TEST(RequestTest, SendsOnlyWhatTheComputationReads) {
   EXPECT_EQ(request.request_id(), "id");
 }
 
+TEST(RequestTest, AStreamSaysWhatATransferSays) {
+  TransferOptions options;
+  options.source_up = UpAxis::kX;
+  options.reference_up = UpAxis::kZ;
+  options.facing = Facing::kSource;
+  CallOptions call;
+  call.request_id = "id";
+  call.want_weights = false;
+  const v1::TransferRequest whole = MakeTransferRequest(Quad(), Quad(), options, call);
+  const v1::AnimateRequest start = MakeAnimateStart(Quad(), options, call);
+  const v1::AnimateRequest reference = MakeAnimateReference(Quad(), options);
+  EXPECT_EQ(start.start().source().SerializeAsString(), whole.source().SerializeAsString());
+  EXPECT_EQ(start.start().options().SerializeAsString(), whole.options().SerializeAsString());
+  EXPECT_EQ(start.start().request_id(), "id");
+  EXPECT_EQ(reference.reference().reference().SerializeAsString(), whole.reference().SerializeAsString());
+}
+
 TEST(RequestTest, TheMethodIsTheServersUnlessChosen) {
   const auto method = [](std::optional<Method> chosen) {
     return MakeTransferRequest(Quad(), Quad(), {.method = chosen}, {}).options().method();

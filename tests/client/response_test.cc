@@ -108,6 +108,7 @@ TEST(ResponseTest, ServerInfoHasTheModelsMethodsAndTheDefault) {
   response.set_default_method(v1::METHOD_STANCE);
   response.mutable_limits()->set_max_queued_vertices(5000);
   response.mutable_limits()->set_max_queued_requests_per_client(7);
+  response.mutable_limits()->set_max_stream_references(3);
   const ServerInfo info = ReadServerInfo(response);
   EXPECT_THAT(info.methods, ElementsAre("stance", "skeletal"));
   EXPECT_EQ(info.default_method, "stance");
@@ -115,6 +116,7 @@ TEST(ResponseTest, ServerInfoHasTheModelsMethodsAndTheDefault) {
   EXPECT_EQ(info.models[1].method, "skeletal");
   EXPECT_EQ(info.max_queued_vertices, 5000);
   EXPECT_EQ(info.max_queued_requests_per_client, 7);
+  EXPECT_EQ(info.max_stream_references, 3);
 }
 
 TEST(ResponseTest, AnAnswerThatDoesNotFitIsInternalAndNamesTheField) {

@@ -310,6 +310,74 @@ TEST_F(CliTest, GroundPutsTheTargetAsLowAsTheSource) {
   EXPECT_NEAR(Read(Path("t.ply")).positions.col(1).minCoeff(), source_.positions.col(1).minCoeff(), 1e-5f);
 }
 
+TEST_F(CliTest, AnimateWritesATargetForEachReference) {
+  const testing::Puppet puppet = testing::MakePuppet();
+  fs::create_directories(Path("poses"));
+  fs::create_directories(Path("here"));
+  fs::create_directories(Path("there"));
+  for (int i = 0; i < 11; ++i) {  // more than the server has in flight
+    Write(testing::Pose(puppet, testing::RandomPose(10 + static_cast<uint64_t>(i), 0.4)).mesh,
+          "poses/pose" + std::to_string(i) + ".ply");
+  }
+  std::ofstream(Path("poses/readme.txt")) << "no mesh";
+  const std::vector<std::string> words = {"animate", Path("source.obj"), Path("reference.ply"),
+                                          Path("poses")};
+  std::vector<std::string> remote = words, local = words;
+  remote.insert(remote.end(), {"-o", Path("there"), "--server", server_->address()});
+  local.insert(local.end(), {"-o", Path("here"), "--local", "--model", STANCE_UNTRAINED_MODEL, "--model",
+                             STANCE_UNTRAINED_STANCE_MODEL});
+  const ProgramResult result = Run(remote);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, IsEmpty());
+  EXPECT_THAT(result.out, HasSubstr("wrote " + Path("there/pose10.obj") + "\n"));
+  ASSERT_EQ(Run(local).exit_code, 0);
+  ASSERT_EQ(Transfer({"-o", Path("target.obj")}).exit_code, 0);
+  const TriangleMesh alone = Read(Path("target.obj"));
+  EXPECT_LE((Read(Path("there/reference.obj")).positions - alone.positions).cwiseAbs().maxCoeff(), 1e-3f);
+  for (int i = 0; i < 11; ++i) {
+    const std::string name = "/pose" + std::to_string(i) + ".obj";
+    const TriangleMesh a = Read(Path("here" + name)), b = Read(Path("there" + name));
+    EXPECT_LE((a.positions - b.positions).cwiseAbs().maxCoeff(), 1e-3f);
+    EXPECT_EQ(b.texcoords, source_.texcoords);
+    EXPECT_FALSE(b.positions.isApprox(alone.positions, 1e-3f)) << "another reference's pose";
+  }
+}
+
+TEST_F(CliTest, AnimateGoesOnAfterABadReference) {
+  fs::create_directories(Path("out"));
+  std::ofstream(Path("cut.off")) << "OFF 1 2 3 four";
+  TriangleMesh bad = source_;
+  bad.positions(7, 1) = std::numeric_limits<float>::infinity();
+  Write(bad, "bad.ply");
+  for (const bool local : {true, false}) {
+    std::vector<std::string> words = {"animate",
+                                      Path("source.obj"),
+                                      Path("cut.off"),
+                                      Path("bad.ply"),
+                                      Path("reference.ply"),
+                                      "-o",
+                                      Path("out"),
+                                      "--format",
+                                      "ply"};
+    if (local) {
+      words.insert(words.end(), {"--local", "--model", STANCE_UNTRAINED_MODEL});
+    } else {
+      words.insert(words.end(), {"--server", server_->address()});
+    }
+    const ProgramResult result = Run(words);
+    EXPECT_EQ(result.exit_code, 3);
+    EXPECT_THAT(result.err, HasSubstr("stance: " + Path("cut.off")));
+    EXPECT_THAT(result.err, HasSubstr("stance: " + Path("bad.ply") + ": reference: "));
+    EXPECT_THAT(result.err, EndsWith("stance: 2 of 3 references failed\n"));
+    EXPECT_EQ(result.out, "wrote " + Path("out/reference.ply") + "\n");
+  }
+  const auto twice = Run({"animate", Path("source.obj"), Path("reference.ply"), Path("reference.ply"), "-o",
+                          Path("out"), "--local"});
+  EXPECT_EQ(twice.exit_code, 2);
+  ExpectOneErrorLine(twice);
+  EXPECT_EQ(Run({"animate", Path("source.obj"), Path("out"), "-o", Path("none"), "--local"}).exit_code, 4);
+}
+
 TEST_F(CliTest, InfoCountsAndWarns) {
   Write(testing::WithDegenerateFaces(), "odd.ply");
   const ProgramResult text = Run({"info", Path("odd.ply")});

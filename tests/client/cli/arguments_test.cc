@@ -204,5 +204,20 @@ TEST(ArgumentsTest, RefusesWithTheOptionsName) {
   Refused({"dance"});
 }
 
+TEST(ArgumentsTest, AnimateTakesTheFormatOfTheSource) {
+  const auto animate =
+      Parsed<AnimateArguments>({"animate", "hero.GLB", "a.obj", "poses", "-o", "out", "--facing", "source"});
+  EXPECT_EQ(animate.source, "hero.GLB");
+  EXPECT_THAT(animate.references, ElementsAre("a.obj", "poses"));
+  EXPECT_EQ(animate.output, "out");
+  EXPECT_EQ(animate.format, "glb");
+  EXPECT_EQ(animate.options.facing, Facing::kSource);
+  EXPECT_EQ(Parsed<AnimateArguments>({"animate", "a.obj", "b.obj", "-o", "out", "--format", "ply"}).format,
+            "ply");
+  EXPECT_THAT(Refused({"animate", "a.obj", "b.obj", "-o", "out", "--format", "fbx"}), HasSubstr("--format"));
+  EXPECT_THAT(Refused({"animate", "a.obj", "b.obj"}), HasSubstr("--output"));
+  EXPECT_THAT(Refused({"animate", "a.obj", "-o", "out"}), HasSubstr("REFERENCE"));
+}
+
 }  // namespace
 }  // namespace stance
