@@ -37,6 +37,10 @@ class FakePipeline : public Pipeline {
     return {};
   }
   std::vector<absl::StatusOr<RigResult>> RigBatch(std::span<const RigJob>) const override { return {}; }
+  std::vector<absl::StatusOr<RigSourceResult>> RigSources(std::span<const RigJob>) const override {
+    return {};
+  }
+  absl::Status WarmUp() const override { return absl::OkStatus(); }
   const std::vector<ModelInfo>& models() const override { return models_; }
   const Skeleton& skeleton() const override { return HumanSkeleton(); }
 
