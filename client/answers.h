@@ -67,4 +67,9 @@ struct ServerInfo {
   int64_t max_batch_vertices = 0;
 };
 
+struct ReloadAnswer {
+  bool switched = false;            // false: the models on disk are those that were served already
+  std::vector<ServedModel> models;  // that are served now; the first is the default
+};
+
 }  // namespace stance
