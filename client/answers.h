@@ -77,4 +77,9 @@ struct ServerInfo {
   int64_t max_stream_references = 0;  // of an animation, read and not yet answered
 };
 
+struct ReloadAnswer {
+  bool switched = false;            // false: the models on disk are those that were served already
+  std::vector<ServedModel> models;  // that are served now; the first is the default
+};
+
 }  // namespace stance

@@ -10,6 +10,7 @@
 #include "client/request.h"
 #include "client/response.h"
 #include "google/rpc/status.pb.h"
+#include "stance/v1/admin.grpc.pb.h"
 #include "stance/v1/pose_transfer.grpc.pb.h"
 #include "stance/v1/server_info.grpc.pb.h"
 
@@ -29,10 +30,12 @@ void Prepare(const CallOptions& call, const std::string& token, grpc::ClientCont
 
 struct StanceClient::Stubs {
   Stubs(std::shared_ptr<grpc::Channel> channel, std::string bearer)
-      : transfer(v1::PoseTransferService::NewStub(channel)),
+      : admin(v1::AdminService::NewStub(channel)),
+        transfer(v1::PoseTransferService::NewStub(channel)),
         info(v1::ServerInfoService::NewStub(channel)),
         token(std::move(bearer)) {}
 
+  const std::unique_ptr<v1::AdminService::Stub> admin;
   const std::unique_ptr<v1::PoseTransferService::Stub> transfer;
   const std::unique_ptr<v1::ServerInfoService::Stub> info;
   const std::string token;
@@ -108,6 +111,15 @@ absl::StatusOr<ServerInfo> StanceClient::GetServerInfo(const CallOptions& call) 
   const grpc::Status status = stubs_->info->GetServerInfo(&context, {}, &response);
   if (!status.ok()) return FromGrpcStatus(status);
   return ReadServerInfo(response);
+}
+
+absl::StatusOr<ReloadAnswer> StanceClient::ReloadModels(const CallOptions& call) const {
+  v1::ReloadModelsResponse response;
+  grpc::ClientContext context;
+  Prepare(call, stubs_->token, &context);
+  const grpc::Status status = stubs_->admin->ReloadModels(&context, {}, &response);
+  if (!status.ok()) return FromGrpcStatus(status);
+  return ReadReloadResponse(response);
 }
 
 }  // namespace stance

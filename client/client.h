@@ -56,6 +56,9 @@ class StanceClient {
 
   absl::StatusOr<ServerInfo> GetServerInfo(const CallOptions& call = {}) const;
 
+  // Has the server load its models again; for a client of its administration's address.
+  absl::StatusOr<ReloadAnswer> ReloadModels(const CallOptions& call = {}) const;
+
  private:
   struct Stubs;
   explicit StanceClient(std::unique_ptr<Stubs> stubs);

@@ -4,6 +4,7 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "proto/wire/mesh_wire.h"
 #include "proto/wire/rig_wire.h"
@@ -51,6 +52,20 @@ std::string LowerSuffix(const std::string& name, size_t prefix) {
 }
 
 std::string MethodWord(v1::Method method) { return LowerSuffix(v1::Method_Name(method), 7); }
+
+std::vector<ServedModel> ReadModels(const google::protobuf::RepeatedPtrField<v1::Model>& models) {
+  std::vector<ServedModel> result;
+  for (const v1::Model& model : models) {
+    ServedModel& read = result.emplace_back();
+    read.name = model.name();
+    read.version = model.version();
+    read.method = MethodWord(model.method());
+    read.joint_count = static_cast<int>(model.joint_count());
+    read.parameter_count = static_cast<int64_t>(model.parameter_count());
+    read.sample_count = static_cast<int64_t>(model.sample_count());
+  }
+  return result;
+}
 
 }  // namespace
 
@@ -125,15 +140,7 @@ absl::StatusOr<RigAnswer> ReadRigResponse(const v1::RigResponse& response, const
 ServerInfo ReadServerInfo(const v1::GetServerInfoResponse& response) {
   ServerInfo info;
   info.version = response.version();
-  for (const v1::Model& model : response.models()) {
-    ServedModel& read = info.models.emplace_back();
-    read.name = model.name();
-    read.version = model.version();
-    read.method = MethodWord(model.method());
-    read.joint_count = static_cast<int>(model.joint_count());
-    read.parameter_count = static_cast<int64_t>(model.parameter_count());
-    read.sample_count = static_cast<int64_t>(model.sample_count());
-  }
+  info.models = ReadModels(response.models());
   for (const int method : response.methods()) {
     info.methods.push_back(MethodWord(static_cast<v1::Method>(method)));
   }
@@ -153,6 +160,10 @@ ServerInfo ReadServerInfo(const v1::GetServerInfoResponse& response) {
   info.max_batch_vertices = static_cast<int64_t>(limits.max_batch_vertices());
   info.max_stream_references = limits.max_stream_references();
   return info;
+}
+
+ReloadAnswer ReadReloadResponse(const v1::ReloadModelsResponse& response) {
+  return {.switched = response.switched(), .models = ReadModels(response.models())};
 }
 
 }  // namespace stance

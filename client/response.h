@@ -4,6 +4,7 @@
 #include "client/answers.h"
 #include "core/base/status.h"
 #include "core/mesh/triangle_mesh.h"
+#include "stance/v1/admin.pb.h"
 #include "stance/v1/pose_transfer.pb.h"
 #include "stance/v1/server_info.pb.h"
 
@@ -14,5 +15,6 @@ absl::StatusOr<TransferAnswer> ReadTransferResponse(const v1::TransferResponse& 
                                                     const TriangleMesh& source);
 absl::StatusOr<RigAnswer> ReadRigResponse(const v1::RigResponse& response, const TriangleMesh& mesh);
 ServerInfo ReadServerInfo(const v1::GetServerInfoResponse& response);
+ReloadAnswer ReadReloadResponse(const v1::ReloadModelsResponse& response);
 
 }  // namespace stance

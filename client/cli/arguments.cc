@@ -331,6 +331,18 @@ absl::StatusOr<Command> ParseArguments(int argc, const char* const* argv) {
       ->capture_default_str();
   server_app->add_flag("--json", server_info.json, "As JSON");
 
+  ReloadArguments reload;
+  CLI::App* reload_app = app.add_subcommand("reload", "Have a server load its models again");
+  reload_app
+      ->add_option("--server", reload.backend.server, "The address that the server's admin.listen names")
+      ->type_name("HOST:PORT")
+      ->required();
+  AddCredentials(reload_app, &reload.backend.credentials);
+  reload_app->add_option("--timeout", reload.backend.timeout, "Longest wait, seconds")
+      ->type_name("S")
+      ->capture_default_str();
+  reload_app->add_flag("--json", reload.json, "As JSON");
+
   try {
     app.parse(argc, const_cast<char**>(argv));
   } catch (const CLI::CallForHelp&) {
@@ -361,6 +373,10 @@ absl::StatusOr<Command> ParseArguments(int argc, const char* const* argv) {
   if (server_app->parsed()) {
     STANCE_RETURN_IF_ERROR(CheckBackend(&server_info.backend));
     return server_info;
+  }
+  if (reload_app->parsed()) {
+    STANCE_RETURN_IF_ERROR(CheckBackend(&reload.backend));
+    return reload;
   }
   return info;
 }

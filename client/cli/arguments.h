@@ -78,13 +78,19 @@ struct ServerInfoArguments {
   bool json = false;
 };
 
+// Of an admin.listen: there is no default that would fit.
+struct ReloadArguments {
+  BackendArguments backend;
+  bool json = false;
+};
+
 // What `--help` or `--version` asked for.
 struct TextToPrint {
   std::string text;
 };
 
 using Command = std::variant<TransferArguments, AnimateArguments, RigArguments, InfoArguments,
-                             RenderArguments, ServerInfoArguments, TextToPrint>;
+                             RenderArguments, ServerInfoArguments, ReloadArguments, TextToPrint>;
 
 // INVALID_ARGUMENT, in one line that names the option, for anything that docs/cli.md does not allow.
 absl::StatusOr<Command> ParseArguments(int argc, const char* const* argv);

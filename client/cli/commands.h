@@ -13,5 +13,6 @@ absl::Status RunRig(const RigArguments& arguments);
 absl::Status RunInfo(const InfoArguments& arguments);
 absl::Status RunRender(const RenderArguments& arguments);
 absl::Status RunServerInfo(const ServerInfoArguments& arguments);
+absl::Status RunReload(const ReloadArguments& arguments);
 
 }  // namespace stance

@@ -24,6 +24,26 @@ void Print(fmt::format_string<Args...> format, Args&&... args) {
   std::fputs(fmt::format(format, std::forward<Args>(args)...).c_str(), stdout);
 }
 
+nlohmann::ordered_json JsonOf(const std::vector<ServedModel>& models) {
+  nlohmann::ordered_json array = nlohmann::ordered_json::array();
+  for (const ServedModel& model : models) {
+    array.push_back({{"name", model.name},
+                     {"version", model.version},
+                     {"method", model.method},
+                     {"joint_count", model.joint_count},
+                     {"parameter_count", model.parameter_count},
+                     {"sample_count", model.sample_count}});
+  }
+  return array;
+}
+
+void Print(const std::vector<ServedModel>& models) {
+  for (const ServedModel& model : models) {
+    Print("model       {} {}: method {}, {} joints, {} parameters, {} samples\n", model.name, model.version,
+          model.method, model.joint_count, model.parameter_count, model.sample_count);
+  }
+}
+
 std::vector<float> Row(const Eigen::RowVector3f& row) { return {row.data(), row.data() + 3}; }
 
 }  // namespace
@@ -75,18 +95,9 @@ absl::Status RunServerInfo(const ServerInfoArguments& arguments) {
   if (!answer.ok()) return ServerError(answer.status());
   const ServerInfo& info = *answer;
   if (arguments.json) {
-    nlohmann::ordered_json models = nlohmann::ordered_json::array();
-    for (const ServedModel& model : info.models) {
-      models.push_back({{"name", model.name},
-                        {"version", model.version},
-                        {"method", model.method},
-                        {"joint_count", model.joint_count},
-                        {"parameter_count", model.parameter_count},
-                        {"sample_count", model.sample_count}});
-    }
     Print({{"server", arguments.backend.server},
            {"version", info.version},
-           {"models", models},
+           {"models", JsonOf(info.models)},
            {"default_method", info.default_method},
            {"methods", info.methods},
            {"formats", info.formats},
@@ -104,10 +115,7 @@ absl::Status RunServerInfo(const ServerInfoArguments& arguments) {
     return absl::OkStatus();
   }
   Print("server      {}\nversion     {}\n", arguments.backend.server, info.version);
-  for (const ServedModel& model : info.models) {
-    Print("model       {} {}: method {}, {} joints, {} parameters, {} samples\n", model.name, model.version,
-          model.method, model.joint_count, model.parameter_count, model.sample_count);
-  }
+  Print(info.models);
   Print("methods     {}; default {}\nformats     {}\n", fmt::join(info.methods, " "), info.default_method,
         fmt::join(info.formats, " "));
   Print("message     at most {} bytes\nmesh        at most {} vertices, {} faces\n", info.max_message_bytes,
@@ -119,6 +127,24 @@ absl::Status RunServerInfo(const ServerInfoArguments& arguments) {
   }
   Print("batch       at most {} requests, {} vertices\n", info.max_batch_requests, info.max_batch_vertices);
   Print("animate     at most {} references in flight\n", info.max_stream_references);
+  return absl::OkStatus();
+}
+
+absl::Status RunReload(const ReloadArguments& arguments) {
+  STANCE_ASSIGN_OR_RETURN(const ClientOptions options, ClientOptionsOf(arguments.backend));
+  STANCE_ASSIGN_OR_RETURN(const std::unique_ptr<StanceClient> client, StanceClient::Connect(options));
+  CallOptions call;
+  call.timeout = std::chrono::duration<double>(arguments.backend.timeout);
+  const absl::StatusOr<ReloadAnswer> answer = client->ReloadModels(call);
+  if (!answer.ok()) return ServerError(answer.status());
+  if (arguments.json) {
+    Print({{"server", arguments.backend.server},
+           {"switched", answer->switched},
+           {"models", JsonOf(answer->models)}});
+    return absl::OkStatus();
+  }
+  Print("{}\n", answer->switched ? "reloaded" : "unchanged");
+  Print(answer->models);
   return absl::OkStatus();
 }
 

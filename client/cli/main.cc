@@ -25,6 +25,7 @@ absl::Status Run(int argc, const char* const* argv) {
                                [](const InfoArguments& a) { return RunInfo(a); },
                                [](const RenderArguments& a) { return RunRender(a); },
                                [](const ServerInfoArguments& a) { return RunServerInfo(a); },
+                               [](const ReloadArguments& a) { return RunReload(a); },
                                [](const TextToPrint& a) {
                                  std::fputs(a.text.c_str(), stdout);
                                  return absl::OkStatus();

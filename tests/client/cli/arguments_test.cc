@@ -131,6 +131,8 @@ TEST(ArgumentsTest, ServerComesFromTheEnvironmentUnlessNamed) {
   setenv("STANCE_SERVER", "from-env:1", 1);
   EXPECT_EQ(Parsed<ServerInfoArguments>({"server-info"}).backend.server, "from-env:1");
   EXPECT_EQ(Parsed<ServerInfoArguments>({"server-info", "--server", "named:2"}).backend.server, "named:2");
+  EXPECT_EQ(Parsed<ReloadArguments>({"reload", "--server", "named:2"}).backend.server, "named:2");
+  EXPECT_FALSE(Parse({"reload"}).ok()) << "what administers is named";
   unsetenv("STANCE_SERVER");
 }
 
