@@ -24,7 +24,7 @@ class FolderSource : public ModelSource {
     }
     // Taken before the files are read, so that what changes meanwhile is loaded the next time.
     LoadedModels loaded{.pipeline = nullptr, .stamp = StampOf(found.models)};
-    if (loaded.stamp == present) return loaded;
+    if (!present.empty() && loaded.stamp == present) return loaded;
     STANCE_ASSIGN_OR_RETURN(loaded.pipeline, Pipeline::Load(found.models, options_));
     std::vector<std::string> untested;
     STANCE_RETURN_IF_ERROR(RunSelfTests(*loaded.pipeline, found.models, untested));

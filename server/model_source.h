@@ -15,7 +15,7 @@ namespace stance {
 
 struct LoadedModels {
   std::shared_ptr<const Pipeline> pipeline;
-  std::string stamp;  // tells the files that it was loaded from apart from others; never empty
+  std::string stamp;  // tells the files that it was loaded from apart from others
 };
 
 // Thread-safe.
@@ -23,8 +23,8 @@ class ModelSource {
  public:
   virtual ~ModelSource() = default;
 
-  // Loads, verifies, tests and warms the models. Where the files have the stamp `present` nothing is loaded:
-  // the pipeline is null. An error names the model's path.
+  // Loads, verifies, tests and warms the models. Where the files have the stamp `present`, which is empty at
+  // the first time, nothing is loaded: the pipeline is null. An error names the model's path.
   virtual absl::StatusOr<LoadedModels> Load(const std::string& present) const = 0;
 };
 

@@ -131,6 +131,7 @@ std::string StampOf(const std::vector<fs::path>& folders) {
   std::set<std::string> lines;
   std::error_code error, ignored;
   for (const fs::path& folder : folders) {
+    lines.insert(folder.string());  // also where there is none
     for (const auto& entry : fs::directory_iterator(folder, error)) {
       lines.insert(fmt::format("{} {} {}", entry.path().string(), entry.file_size(ignored),
                                entry.last_write_time(ignored).time_since_epoch().count()));

@@ -110,6 +110,8 @@ TEST_F(ModelFoldersTest, TheStampTellsStatesApart) {
   fs::last_write_time(root_ / "one" / "weights", fs::file_time_type::clock::now() + std::chrono::hours(1));
   EXPECT_NE(StampOf({root_ / "one"}), after);
   EXPECT_NE(StampOf({}), before);
+  // A folder that is missing has one, too: a state like any other.
+  EXPECT_NE(StampOf({root_ / "none"}), "");
 }
 
 }  // namespace
