@@ -18,4 +18,10 @@ Points MirroredJoints(const Points& joints) {
   return mirrored;
 }
 
+RowMatrix MirroredWeights(const RowMatrix& weights) {
+  RowMatrix mirrored(weights.rows(), kHumanJoints);
+  for (int j = 0; j < kHumanJoints; ++j) mirrored.col(j) = weights.col(MirrorJoint(j));
+  return mirrored;
+}
+
 }  // namespace stance

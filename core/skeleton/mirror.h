@@ -13,4 +13,7 @@ std::vector<Rotation> MirroredRotations(const std::vector<Rotation>& rotations);
 // Joints or bones (24, 3).
 Points MirroredJoints(const Points& joints);
 
+// Weights (N, 24) of points that stay where they are.
+RowMatrix MirroredWeights(const RowMatrix& weights);
+
 }  // namespace stance

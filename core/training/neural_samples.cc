@@ -22,8 +22,7 @@ PairSide SideOf(const Character& character, const SurfaceSamples& surface) {
 void Mirror(PairSide& side) {
   side.input.points.col(0) *= -1;
   side.joints = MirroredJoints(side.joints);
-  const RowMatrix weights = side.weights;
-  for (int j = 0; j < kHumanJoints; ++j) side.weights.col(j) = weights.col(MirrorJoint(j));
+  side.weights = MirroredWeights(side.weights);
 }
 
 void Turn(PairSide& side, const Rotation& turn) {

@@ -83,7 +83,7 @@ PoseSample Mirrored(const PoseSample& sample) {
   for (Points* points : {&mirrored.input.points, &mirrored.input.normals, &mirrored.canonical}) {
     points->col(0) *= -1;
   }
-  for (int j = 0; j < kHumanJoints; ++j) mirrored.weights.col(j) = sample.weights.col(MirrorJoint(j));
+  mirrored.weights = MirroredWeights(sample.weights);
   mirrored.joints = MirroredJoints(sample.joints);
   mirrored.bones = MirroredJoints(sample.bones);
   mirrored.rotations = MirroredRotations(sample.rotations);

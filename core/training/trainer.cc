@@ -44,6 +44,11 @@ double CosineRate(const TrainingOptions& options, int64_t seen) {
   return options.learning_rate * (options.final_rate + (1 - options.final_rate) * cosine);
 }
 
+// Where a stage begins.
+TrainingProgress NoProgress(const TrainingOptions& options) {
+  return {0, options.samples_per_mesh, options.max_ring, 0, options.features};
+}
+
 // Refuses a checkpoint that saw other meshes than `expected` says: its networks would see what they never
 // learned.
 absl::Status CheckSameSamples(const std::filesystem::path& checkpoint, const TrainingProgress& found,
@@ -150,9 +155,8 @@ absl::StatusOr<std::unique_ptr<Learner>> MakeLearner(const CharacterGenerator& g
       STANCE_ASSIGN_OR_RETURN(std::unique_ptr<PoseModel> first, PoseModel::Load(dir));
       const TrainingProgress seen{0, first->manifest().samples, first->manifest().max_ring, 0,
                                   first->manifest().features};
-      STANCE_RETURN_IF_ERROR(
-          CheckSameSamples(CheckpointPath(options.work_dir, TrainingStage::kPose), seen,
-                           {0, options.samples_per_mesh, options.max_ring, 0, options.features}));
+      STANCE_RETURN_IF_ERROR(CheckSameSamples(CheckpointPath(options.work_dir, TrainingStage::kPose), seen,
+                                              NoProgress(options)));
       return MakePoseLearner(generator, options, std::move(first));
     }
     case TrainingStage::kRigging:
@@ -163,9 +167,8 @@ absl::StatusOr<std::unique_ptr<Learner>> MakeLearner(const CharacterGenerator& g
       STANCE_ASSIGN_OR_RETURN(
           const TrainingProgress seen,
           LoadStage(options.work_dir, TrainingStage::kRigging, {"rigging", rigging.ptr()}, torch::kCPU));
-      STANCE_RETURN_IF_ERROR(
-          CheckSameSamples(CheckpointPath(options.work_dir, TrainingStage::kRigging), seen,
-                           {0, options.samples_per_mesh, options.max_ring, 0, options.features}));
+      STANCE_RETURN_IF_ERROR(CheckSameSamples(CheckpointPath(options.work_dir, TrainingStage::kRigging), seen,
+                                              NoProgress(options)));
       return MakeNeuralLearner(generator, options, std::move(rigging));
     }
     default:
@@ -204,7 +207,7 @@ absl::Status TrainImpl(const CharacterGenerator& generator, const TrainingOption
   }
   AdamW optimizer(parameters, learner->weight_decay());
   const auto checkpoint = CheckpointPath(options.work_dir, options.stage);
-  TrainingProgress progress{0, options.samples_per_mesh, options.max_ring, 0, options.features};
+  TrainingProgress progress = NoProgress(options);
   if (auto resumed = LoadCheckpoint(checkpoint, modules, &optimizer, device); resumed.ok()) {
     STANCE_RETURN_IF_ERROR(CheckSameSamples(checkpoint, *resumed, progress));
     progress = *resumed;

@@ -56,13 +56,9 @@ PoseEstimate EstimateBehindView(PoseEstimate estimate, const PoseView& view) {
   estimate.joints = MirroredJoints(estimate.joints);
   estimate.bones = MirroredJoints(estimate.bones);
   estimate.rotations = MirroredRotations(estimate.rotations);
-  const RowMatrix weights = estimate.weights;
+  estimate.weights = MirroredWeights(estimate.weights);
   const Eigen::VectorXf confidence = estimate.confidence;
-  for (int j = 0; j < kHumanJoints; ++j) {
-    const int other = MirrorJoint(j);
-    estimate.weights.col(j) = weights.col(other);
-    estimate.confidence[j] = confidence[other];
-  }
+  for (int j = 0; j < kHumanJoints; ++j) estimate.confidence[j] = confidence[MirrorJoint(j)];
   return estimate;
 }
 
