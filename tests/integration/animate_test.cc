@@ -90,6 +90,14 @@ class AnimateTest : public ::testing::Test {
     context_->set_deadline(std::chrono::system_clock::now() + std::chrono::minutes(2));
     stream_ = stub_->Animate(context_.get());
   }
+  // The source is rigged once this is back.
+  void OpenAndReadOne() {
+    Open();
+    stream_->Write(Start(SourceMesh()));
+    stream_->Write(Reference(Pose(0)));
+    v1::AnimateResponse first;
+    ASSERT_TRUE(stream_->Read(&first));
+  }
   // Every answer to come, then the status.
   std::vector<v1::AnimateResponse> ReadAll(grpc::Status* status) {
     std::vector<v1::AnimateResponse> answers;
@@ -272,11 +280,7 @@ TEST_F(AnimateTest, MessagesOutOfTurnEndTheStream) {
 // While the worker is busy the stream reads eight references and no more, however many the caller writes.
 TEST_F(AnimateTest, ABusyServerReadsNoFurtherThanItsWindow) {
   StartServer();
-  Open();
-  stream_->Write(Start(SourceMesh()));
-  stream_->Write(Reference(Pose(0)));
-  v1::AnimateResponse first;
-  ASSERT_TRUE(stream_->Read(&first));
+  ASSERT_NO_FATAL_FAILURE(OpenAndReadOne());
   auto blocker = Block();
   auto writer = std::async(std::launch::async, [&] {
     for (int i = 1; i < 40; ++i) stream_->Write(Reference(Pose(i)));
@@ -320,11 +324,7 @@ TEST_F(AnimateTest, ASlowReaderStopsTheReading) {
 
 TEST_F(AnimateTest, ACancelledStreamLeavesTheQueue) {
   StartServer();
-  Open();
-  stream_->Write(Start(SourceMesh()));
-  stream_->Write(Reference(Pose(0)));
-  v1::AnimateResponse first;
-  ASSERT_TRUE(stream_->Read(&first));
+  ASSERT_NO_FATAL_FAILURE(OpenAndReadOne());
   auto blocker = Block();
   for (int i = 0; i < 5; ++i) stream_->Write(Reference(Pose(i)));
   server_->AwaitMetric(kQueued, 5);
@@ -339,11 +339,7 @@ TEST_F(AnimateTest, ACancelledStreamLeavesTheQueue) {
 
 TEST_F(AnimateTest, TheDeadlineIsTheStreams) {
   StartServer();
-  Open();
-  stream_->Write(Start(SourceMesh()));
-  stream_->Write(Reference(Pose(0)));
-  v1::AnimateResponse first;
-  ASSERT_TRUE(stream_->Read(&first));
+  ASSERT_NO_FATAL_FAILURE(OpenAndReadOne());
   context_->TryCancel();
   grpc::Status status;
   ReadAll(&status);
@@ -360,11 +356,7 @@ TEST_F(AnimateTest, TheDeadlineIsTheStreams) {
 
 TEST_F(AnimateTest, ADrainAnswersWhatWasReadAndEndsTheStream) {
   StartServer();
-  Open();
-  stream_->Write(Start(SourceMesh()));
-  stream_->Write(Reference(Pose(0)));
-  v1::AnimateResponse first;
-  ASSERT_TRUE(stream_->Read(&first));
+  ASSERT_NO_FATAL_FAILURE(OpenAndReadOne());
   auto blocker = Block();
   for (int i = 1; i < 6; ++i) stream_->Write(Reference(Pose(i)));
   server_->AwaitMetric(kQueued, 5);
@@ -394,11 +386,7 @@ TEST_F(AnimateTest, AnIdleStreamEndsWithTheServer) {
 // Each reference counts against its client's bounds as a call of its own, and is refused alone.
 TEST_F(AnimateTest, AReferenceBeyondAQuotaIsRefusedAlone) {
   StartServer({"--batching-max-queued-requests-per-client", "2"});
-  Open();
-  stream_->Write(Start(SourceMesh()));
-  stream_->Write(Reference(Pose(0)));
-  v1::AnimateResponse first;
-  ASSERT_TRUE(stream_->Read(&first));
+  ASSERT_NO_FATAL_FAILURE(OpenAndReadOne());
   auto blocker = Block();
   for (int i = 0; i < 4; ++i) stream_->Write(Reference(Pose(i)));
   stream_->WritesDone();
